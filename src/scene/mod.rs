@@ -1,0 +1,151 @@
+//! The scene: meshes, the objects that place them in the world, and a hierarchy of bounds over the objects.
+//!
+//! A mesh is stored once however many objects share it; an object is a placement (HOM §3.2 calls the objects of the
+//! hierarchy's leaves the units of culling). A [`Scene`] is valid by construction: every index is in range, every
+//! coordinate finite, so that nothing behind this border can fail.
+
+mod bounds;
+mod bvh;
+mod error;
+mod gltf;
+mod obj;
+
+use std::ops::Range;
+use std::path::Path;
+
+use glam::DAffine3;
+
+pub use bounds::Aabb;
+pub use bvh::{Bvh, BvhNode};
+pub use error::SceneError;
+
+/// How a surface lets light through; glTF's `alphaMode`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Alpha {
+    /// Hides what is behind it. The only kind that occludes.
+    Opaque,
+    /// Cut out by a texture that is not read: drawn as if opaque, but never an occluder.
+    Mask,
+    /// Translucent: drawn after the opaque surfaces, never an occluder.
+    Blend,
+}
+
+/// What a surface looks like, as far as culling and the CPU picture need to know.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Material {
+    /// How the surface lets light through.
+    pub alpha: Alpha,
+    /// Whether both sides are drawn. A single-sided surface is drawn, and occludes, with its front faces only:
+    /// those that wind counter-clockwise on screen.
+    pub double_sided: bool,
+    /// Base colour, red, green, blue and opacity, linear in 0 to 1.
+    pub color: [f32; 4],
+}
+
+impl Default for Material {
+    fn default() -> Self {
+        Material { alpha: Alpha::Opaque, double_sided: false, color: [1.0; 4] }
+    }
+}
+
+/// A run of a mesh's triangles that share a material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surface {
+    /// Which of [`Mesh::triangles`].
+    pub triangles: Range<usize>,
+    /// What they look like.
+    pub material: Material,
+}
+
+/// Geometry in its own local coordinates.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// The mesh's name in its file, or empty.
+    pub name: String,
+    /// Vertex positions, local units.
+    pub positions: Vec<[f32; 3]>,
+    /// Three indices into `positions` each; counter-clockwise is the front.
+    pub triangles: Vec<[u32; 3]>,
+    /// Runs of `triangles`, in order, that together are all of them.
+    pub surfaces: Vec<Surface>,
+}
+
+/// One placement of a mesh in the world: the unit that is culled or kept.
+#[derive(Clone, Debug)]
+pub struct Object {
+    /// The object's name in its file, or one made from its place there.
+    pub name: String,
+    /// Index into [`Scene::meshes`].
+    pub mesh: usize,
+    /// From the mesh's local coordinates to the world's. May mirror and scale unevenly.
+    pub world_from_local: DAffine3,
+    /// Always in the visible set while its box meets the frustum.
+    pub never_cull: bool,
+    /// Never drawn as an occluder.
+    pub never_occlude: bool,
+    /// A mesh to draw in place of the object's own when it is an occluder, in the same local coordinates. Culling is
+    /// exact only if the proxy lies inside the opaque object.
+    pub occluder_proxy: Option<usize>,
+}
+
+/// A whole scene, checked when it is made.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    meshes: Vec<Mesh>,
+    objects: Vec<Object>,
+    bounds: Vec<Aabb>,
+    bvh: Bvh,
+    warnings: Vec<String>,
+}
+
+impl Scene {
+    /// Reads a scene from a file: `.obj`, `.gltf` or `.glb`.
+    ///
+    /// # Errors
+    /// If the file cannot be read, is not of a known kind, is damaged, or holds no triangle. The error names the
+    /// file, the object and the cause.
+    pub fn load(path: &Path) -> Result<Scene, SceneError> {
+        let _ = path;
+        unimplemented!()
+    }
+
+    /// Checks and indexes a scene made in memory.
+    ///
+    /// # Errors
+    /// If an index is out of range, a position or a matrix is not finite, or no object has a triangle.
+    pub fn new(meshes: Vec<Mesh>, objects: Vec<Object>) -> Result<Scene, SceneError> {
+        let _ = (meshes, objects);
+        unimplemented!()
+    }
+
+    /// The meshes, each stored once.
+    pub fn meshes(&self) -> &[Mesh] {
+        &self.meshes
+    }
+
+    /// The objects, in the order of their file, which is the order they are drawn in.
+    pub fn objects(&self) -> &[Object] {
+        &self.objects
+    }
+
+    /// The world box of each object, in the order of [`Scene::objects`]. It holds every vertex as any pass computes
+    /// it, but for what the eye's own distance from the origin adds.
+    pub fn bounds(&self) -> &[Aabb] {
+        &self.bounds
+    }
+
+    /// The hierarchy over the objects' world boxes.
+    pub fn bvh(&self) -> &Bvh {
+        &self.bvh
+    }
+
+    /// What in the file was understood but could not be used, one sentence each.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// The triangles of all objects, a shared mesh counted once for each object that places it.
+    pub fn triangle_count(&self) -> u64 {
+        self.objects.iter().map(|o| self.meshes[o.mesh].triangles.len() as u64).sum()
+    }
+}

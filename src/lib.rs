@@ -1,4 +1,12 @@
 //! Occlusion culling on the CPU: which objects of a scene can this camera see?
 #![forbid(unsafe_code)]
 
+pub use glam;
+
+pub mod cull;
+pub mod final_pass;
+pub mod occluders;
+pub mod occlusion;
+pub mod raster;
 pub mod scene;
+pub mod view;

@@ -146,8 +146,9 @@ impl Cleaner<'_> {
         match keyword {
             "" => {}
             _ if keyword.starts_with('#') => {}
-            "v" => self.vertex(rest)?,
-            "f" => self.face(rest, number)?,
+            // Names may hold a hash mark; numbers cannot.
+            "v" => self.vertex(rest.split('#').next().unwrap_or(""))?,
+            "f" => self.face(rest.split('#').next().unwrap_or(""), number)?,
             "o" if rest != self.object_name || !self.group_name.is_empty() => {
                 self.object_name = rest.to_owned();
                 self.group_name.clear();

@@ -194,3 +194,16 @@ fn an_ordinary_obj_loads_however_large() {
     }
     assert_modest("scene.obj", text, "Ok(1)");
 }
+
+#[test]
+fn long_names_met_very_often() {
+    let mut gltf = Gltf::new();
+    let position = gltf.positions(&[[0.0; 3]; 3]);
+    let name = "x".repeat(1_000_000);
+    let lines = gltf.mesh(&name, json!([{"attributes": {"POSITION": position}, "mode": 1}]));
+    let shared = gltf.node(json!({"name": name, "mesh": lines}));
+    gltf.root(json!({"children": vec![shared; 500_000]}));
+    assert_modest("scene.glb", gltf.glb(), "");
+    let faces: String = (1..100_000).map(|i| format!("f 1 2 {i}\n")).collect();
+    assert_modest("scene.obj", format!("g {name}\n{faces}"), "vertex 99999, but the file has 0");
+}

@@ -129,3 +129,13 @@ fn damage_is_found_with_its_line_and_object() {
     assert_refused("scene.obj", "", &["the scene has no triangles"]);
     assert_refused("scene.obj", [0xff; 1000], &["the scene has no triangles"]);
 }
+
+#[test]
+fn a_library_named_very_often_is_read_once() {
+    let folder = Folder::new();
+    folder.write("paint.mtl", "newmtl red\nKd 1 0 0\n".repeat(50_000));
+    let text = format!("{}{SQUARE}f 1 2 3\n", "mtllib paint.mtl\nmtllib ./paint.mtl\n".repeat(20_000));
+    let begun = std::time::Instant::now();
+    assert_eq!(Scene::load(&folder.write("scene.obj", text)).unwrap().warnings(), [""; 0]);
+    assert!(begun.elapsed().as_secs() < 10, "{:?}", begun.elapsed());
+}

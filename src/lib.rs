@@ -5,6 +5,7 @@ pub use glam;
 
 pub mod cull;
 pub mod final_pass;
+pub mod measure;
 pub mod occluders;
 pub mod occlusion;
 pub mod raster;

@@ -108,6 +108,11 @@ impl Culler {
         &self.settings
     }
 
+    /// How many threads are used.
+    pub fn threads(&self) -> usize {
+        self.pool.current_num_threads()
+    }
+
     /// What the last frame drew; none before the first.
     pub fn buffer(&self) -> Option<&OcclusionBuffer> {
         self.buffer.as_ref()

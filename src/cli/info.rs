@@ -16,7 +16,11 @@ impl Info {
     pub fn run(self) -> Result<(), Failure> {
         let found: Vec<String> = Level::available().iter().map(ToString::to_string).collect();
         say(format_args!("antumbra {}", env!("CARGO_PKG_VERSION")))?;
-        say(format_args!("machine: {} {}", std::env::consts::OS, std::env::consts::ARCH))?;
+        say(format_args!(
+            "machine: {} {}",
+            std::env::consts::OS,
+            std::env::consts::ARCH
+        ))?;
         say(format_args!("instruction sets found: {}", found.join(", ")))?;
         say(format_args!("instruction set chosen: {}", Level::best()))?;
         let threads = std::thread::available_parallelism().map_or(1, usize::from);

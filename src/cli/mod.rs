@@ -11,14 +11,13 @@ mod info;
 mod measure;
 mod options;
 mod output;
+mod outside;
 mod progress;
 mod render;
 
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-
-use failure::Failure;
 
 const EXIT_CODES: &str = "\
 Exit codes:

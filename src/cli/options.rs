@@ -85,7 +85,9 @@ pub struct FrameOptions {
 }
 
 fn parse_size(text: &str) -> Result<PictureSize, String> {
-    let sides = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+    let sides = text
+        .split_once('x')
+        .and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
     let (width, height) = sides.ok_or("give the width and the height in pixels, as in 1280x768")?;
     PictureSize::new(width, height).map_err(|e| e.to_string())
 }
@@ -143,7 +145,9 @@ mod tests {
     fn sizes_are_two_numbers_with_an_x() {
         let size = parse_size("1280x768").expect("the default");
         assert_eq!((size.width(), size.height()), (1280, 768));
-        for bad in ["", "1280", "1280x", "x768", "0x10", "10x-1", "1e3x10", "99999x10"] {
+        for bad in [
+            "", "1280", "1280x", "x768", "0x10", "10x-1", "1e3x10", "99999x10",
+        ] {
             assert!(parse_size(bad).is_err(), "{bad}");
         }
     }

@@ -14,9 +14,9 @@ const MOST_WARNINGS: usize = 5;
 /// If stdout cannot be written for another reason than a closed pipe.
 pub fn say(line: impl Display) -> Result<(), Failure> {
     match writeln!(stdout().lock(), "{line}") {
-        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
-            Err(Failure::Failed(format!("stdout: cannot be written: {error}")))
-        }
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Failure::Failed(format!(
+            "stdout: cannot be written: {error}"
+        ))),
         _ => Ok(()),
     }
 }
@@ -32,7 +32,10 @@ pub fn warn(warnings: &[String]) {
         complain("warning", warning);
     }
     if warnings.len() > MOST_WARNINGS {
-        complain("warning", format!("and {} more", warnings.len() - MOST_WARNINGS));
+        complain(
+            "warning",
+            format!("and {} more", warnings.len() - MOST_WARNINGS),
+        );
     }
 }
 

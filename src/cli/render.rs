@@ -12,6 +12,7 @@ use clap::Args;
 use super::failure::Failure;
 use super::options::{CullOptions, FrameOptions, load_path, load_scene, make_folder};
 use super::output::{percent, say, thousands};
+use super::outside::camera_outside;
 use super::progress;
 
 const EXAMPLES: &str = "\
@@ -61,7 +62,14 @@ impl Render {
         let scene = load_scene(&self.scene)?;
         let path = match path {
             Some(path) => path,
-            None => CameraPath::still(camera_outside(&scene, settings.size.aspect())?),
+            None => CameraPath::still(
+                camera_outside(scene.bounds(), settings.size.aspect()).map_err(|e| {
+                    let file = self.scene.display();
+                    Failure::Failed(format!(
+                        "{file}: no camera shows the whole scene ({e}): give one with --path"
+                    ))
+                })?,
+            ),
         };
         make_folder(&self.out)?;
         let mut culler = Culler::new(scene.clone(), settings).map_err(no_threads)?;
@@ -74,7 +82,12 @@ impl Render {
         let frames: Vec<_> = path.cameras().iter().enumerate().step_by(every).collect();
         let bar = progress::bar("drawing", frames.len());
         for &(frame, camera) in &frames {
-            let drawn = draw_frame(&mut culler, &pool, camera, self.overlay.then_some((name.as_str(), frame)));
+            let drawn = draw_frame(
+                &mut culler,
+                &pool,
+                camera,
+                self.overlay.then_some((name.as_str(), frame)),
+            );
             sum.add(&drawn);
             let file = self.out.join(format!("frame_{frame:04}.png"));
             save(&drawn.picture, &file)?;
@@ -136,21 +149,23 @@ pub fn draw_frame(
     let size = culler.settings().size;
     let scene: &Scene = culler.scene();
     let picture = pool.install(|| render_image(scene, camera, size, &set.visible));
-    let overlay = overlay.zip(culler.buffer()).map(|((name, number), buffer)| {
-        let frame = PictureFrame {
-            scene,
-            camera,
-            size,
-            set: &set,
-            map: buffer.map(),
-        };
-        let title = format!(
-            "{name}, frame {number}, {}x{}: what is left after culling",
-            size.width(),
-            size.height()
-        );
-        pool.install(|| overlay_image(&frame, &picture, &title))
-    });
+    let overlay = overlay
+        .zip(culler.buffer())
+        .map(|((name, number), buffer)| {
+            let frame = PictureFrame {
+                scene,
+                camera,
+                size,
+                set: &set,
+                map: buffer.map(),
+            };
+            let title = format!(
+                "{name}, frame {number}, {}x{}: what is left after culling",
+                size.width(),
+                size.height()
+            );
+            pool.install(|| overlay_image(&frame, &picture, &title))
+        });
     DrawnFrame {
         in_frustum: set.in_frustum.len(),
         visible: set.visible.len(),
@@ -190,13 +205,6 @@ impl Sum {
             self.time.as_secs_f64() * 1000.0 / frames.max(1) as f64,
         )
     }
-}
-
-/// A camera outside that sees all of a scene, from a corner and a little above.
-fn camera_outside(scene: &Scene, aspect: f64) -> Result<Camera, Failure> {
-    Camera::outside(scene.bounds(), aspect).map_err(|e| {
-        Failure::Failed(format!("no camera shows the whole scene ({e}): give one with --path"))
-    })
 }
 
 /// The name of a file without its folders.

@@ -9,13 +9,13 @@
 use crate::view::{PictureSize, Projection};
 
 /// Neighbours at these distances, in pixels of a picture of [`REFERENCE_HEIGHT`].
-const RADII: [f64; 3] = [2.0, 5.0, 12.0];
+const RADII: [f64; 3] = [2.0, 6.0, 18.0];
 const REFERENCE_HEIGHT: f64 = 768.0;
 /// One step to each direction; the opposite is taken with it.
 const DIRECTIONS: [[f64; 2]; 4] = [[1.0, 0.0], [0.0, 1.0], [0.7, 0.7], [0.7, -0.7]];
 /// How much darker a right angle seen from within is, and how much brighter one seen from without.
-const DARKEST: f32 = 0.55;
-const BRIGHTEST: f32 = 0.10;
+const DARKEST: f32 = 0.9;
+const BRIGHTEST: f32 = 0.2;
 
 /// Finds creases in the depths of a picture, row by row; minus infinity where there is nothing.
 #[derive(Clone, Debug)]

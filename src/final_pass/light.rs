@@ -15,13 +15,13 @@ use crate::view::{Camera, Projection};
 pub type Linear = [f32; 3];
 
 /// Light from straight above, and from straight below.
-const SKY: [f64; 3] = [0.36, 0.40, 0.46];
-const GROUND: [f64; 3] = [0.17, 0.155, 0.14];
+const SKY: [f64; 3] = [0.40, 0.45, 0.52];
+const GROUND: [f64; 3] = [0.19, 0.17, 0.15];
 /// The key light: where it stands, and its colour.
 const KEY_DIRECTION: DVec3 = DVec3::new(0.48, 0.78, 0.40);
-const KEY: [f64; 3] = [0.52, 0.48, 0.41];
+const KEY: [f64; 3] = [0.74, 0.68, 0.57];
 /// The lamp at the eye.
-const LAMP: f64 = 0.22;
+const LAMP: f64 = 0.26;
 
 /// The background at the top of the picture and at its bottom.
 const BACKGROUND_TOP: Linear = [0.30, 0.38, 0.50];
@@ -29,7 +29,7 @@ const BACKGROUND_BOTTOM: Linear = [0.74, 0.78, 0.80];
 
 /// What distance fades to, and how much of it far away.
 const HAZE: Linear = [0.52, 0.58, 0.66];
-const MOST_HAZE: f64 = 0.45;
+const MOST_HAZE: f64 = 0.35;
 
 /// Opacity of translucent surfaces whose material leaves it to a texture.
 const UNKNOWN_OPACITY: f32 = 0.5;
@@ -187,17 +187,26 @@ fn unit(v: f32) -> f32 {
     }
 }
 
+/// Muted colours, linear, of like lightness: stone, sand, clay, brick, moss, sage, slate, steel, plum, ash.
+const MUTED: [Linear; 10] = [
+    [0.46, 0.43, 0.38],
+    [0.54, 0.46, 0.33],
+    [0.52, 0.37, 0.28],
+    [0.43, 0.27, 0.23],
+    [0.36, 0.38, 0.24],
+    [0.39, 0.46, 0.36],
+    [0.31, 0.37, 0.42],
+    [0.34, 0.43, 0.52],
+    [0.42, 0.34, 0.42],
+    [0.40, 0.41, 0.42],
+];
+
 /// A muted colour of an object's own, from a hash of its index.
 fn color_of_index(object: u32) -> Linear {
-    // Around the colour wheel by a hash (Knuth's multiplicative one), a quarter of the way out from grey.
+    // Multiplied, folded, and multiplied again, so that neighbours differ in the high bits.
     let hash = object.wrapping_mul(0x9E37_79B1);
     let hash = (hash ^ (hash >> 15)).wrapping_mul(0x85EB_CA6B);
-    let angle = f64::from(hash >> 16) / 65_536.0;
-    let lightness = 0.50 + 0.22 * f64::from(hash & 0xff) / 255.0;
-    std::array::from_fn(|i| {
-        // A triangle wave for each primary, a third of a turn apart.
-        let turn = angle + i as f64 / 3.0;
-        let wave = ((turn - turn.floor()) * 2.0 - 1.0).abs() * 2.0 - 1.0;
-        (lightness * (1.0 + 0.30 * wave)) as f32
-    })
+    let color = MUTED[(hash >> 16) as usize % MUTED.len()];
+    let lightness = 0.86 + 0.28 * ((hash & 0xff) as f32 / 255.0);
+    color.map(|c| c * lightness)
 }

@@ -16,10 +16,13 @@ use crate::view::PictureSize;
 /// The scene is drawn this much larger, and shrunk, for smooth edges.
 const SUPERSAMPLES: u32 = 2;
 
-/// Surface colours, linear, and how much of them is let through over the ground.
-const OUTSIDE: Linear = [0.20, 0.21, 0.23];
-const INSIDE: Linear = [0.34, 0.38, 0.44];
-const OCCLUDING: Linear = [0.10, 0.62, 0.44];
+/// Surface colours, linear: outside the frustum, inside, and drawn as occluders. Dark, for the boxes to show on.
+const OUTSIDE: Linear = [0.055, 0.058, 0.065];
+const INSIDE: Linear = [0.13, 0.14, 0.16];
+const OCCLUDING: Linear = [0.005, 0.21, 0.13];
+
+/// Boxes longer than this share of the shown depth are drawn faintly: they frame everything and point at nothing.
+const LONG_BOX: f64 = 0.5;
 
 /// The edges of a box between its corners, as [`Aabb::corners`] numbers them: bottom, top, uprights.
 const EDGES: [[usize; 2]; 12] = [
@@ -98,22 +101,18 @@ fn draw_boxes(canvas: &mut Canvas, frame: &PictureFrame<'_>, bystander: &Bystand
         for &object in objects {
             let bounds = &frame.scene.bounds()[object as usize];
             if !bystander.is_cut(bounds) {
+                let long = bounds.size().max_element() > LONG_BOX * bystander.reach;
+                let opacity = if long { ink.opacity / 4 } else { ink.opacity };
+                let ink = ink.with_opacity(opacity);
                 canvas.lines(&outline(bystander, bounds), width, ink);
             }
         }
     };
-    // Many boxes together are a haze, through which single ones still show.
-    let opacity = |count: usize, most: usize| (most / (count / 64 + 1)).clamp(most / 4, most) as u8;
-    wires(
-        &culled,
-        1.0,
-        CULLED.with_opacity(opacity(culled.len(), 230)),
-    );
-    wires(
-        &visible,
-        2.0,
-        VISIBLE.with_opacity(opacity(visible.len(), 255)),
-    );
+    // Very many boxes together are a haze, through which single ones still show.
+    let opacity =
+        |count: usize| (255 - 20 * count.max(32).ilog2() as usize + 100).clamp(90, 255) as u8;
+    wires(&culled, 1.0, CULLED.with_opacity(opacity(culled.len())));
+    wires(&visible, 2.0, VISIBLE.with_opacity(opacity(visible.len())));
 }
 
 /// The edges of a box that the bystander can see; those behind would only be clutter.

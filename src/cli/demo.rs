@@ -1,5 +1,6 @@
 //! `antumbra demo`: everything at once, from nothing.
 
+use std::cmp::Reverse;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
@@ -29,8 +30,8 @@ const SHEET_COLUMNS: usize = 4;
 const SHEET_SHRINK: usize = 4;
 const SHEET_GAP: usize = 8;
 const SHEET_GROUND: [u8; 3] = [18, 21, 26];
-/// One frame in so many gets an overlay.
-const OVERLAY_EVERY: usize = 4;
+/// So many frames, those in which most is culled, get an overlay.
+const OVERLAYS: usize = 3;
 
 /// Make a city, walk through it, and show what culling does there: pictures and a report
 #[derive(Debug, Args)]
@@ -128,27 +129,36 @@ impl Demo {
             sheet: "contact_sheet.png".into(),
             ..Pictures::default()
         };
-        let mut small = Vec::new();
+        let (mut small, mut culled) = (Vec::new(), Vec::new());
         let bar = progress::bar("drawing", frames.len());
-        for (i, &(frame, camera)) in frames.iter().enumerate() {
-            let overlay = (i % OVERLAY_EVERY == OVERLAY_EVERY / 2 || frames.len() == 1)
-                .then_some(("city", frame));
-            let drawn = draw_frame(&mut culler, &pool, camera, overlay);
+        for &(frame, camera) in &frames {
+            let drawn = draw_frame(&mut culler, &pool, camera, None);
             let name = format!("frame_{frame:04}.png");
             save(&drawn.picture, &self.out.join(&name))?;
             pictures.frames.push(name);
-            if let Some(sheet) = &drawn.overlay {
-                let name = format!("overlay_{frame:04}.png");
-                save(sheet, &self.out.join(&name))?;
-                pictures.overlays.push(name);
-            }
             small.push(drawn.picture.shrunk(SHEET_SHRINK));
+            culled.push((drawn.in_frustum - drawn.visible, frame, camera));
             bar.inc(1);
         }
         bar.finish_and_clear();
         if let Some(sheet) = contact_sheet(&small) {
             save(&sheet, &self.out.join(&pictures.sheet))?;
         }
+
+        culled.sort_by_key(|&(count, frame, _)| (Reverse(count), frame));
+        culled.truncate(OVERLAYS);
+        culled.sort_by_key(|&(_, frame, _)| frame);
+        let bar = progress::bar("explaining", culled.len());
+        for (_, frame, camera) in culled {
+            let drawn = draw_frame(&mut culler, &pool, camera, Some(("city", frame)));
+            if let Some(sheet) = &drawn.overlay {
+                let name = format!("overlay_{frame:04}.png");
+                save(sheet, &self.out.join(&name))?;
+                pictures.overlays.push(name);
+            }
+            bar.inc(1);
+        }
+        bar.finish_and_clear();
         Ok(pictures)
     }
 }

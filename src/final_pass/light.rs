@@ -15,11 +15,11 @@ use crate::view::{Camera, Projection};
 pub type Linear = [f32; 3];
 
 /// Light from straight above, and from straight below.
-const SKY: [f64; 3] = [0.40, 0.45, 0.52];
-const GROUND: [f64; 3] = [0.19, 0.17, 0.15];
+const SKY: [f64; 3] = [0.34, 0.38, 0.44];
+const GROUND: [f64; 3] = [0.15, 0.135, 0.12];
 /// The key light: where it stands, and its colour.
 const KEY_DIRECTION: DVec3 = DVec3::new(0.48, 0.78, 0.40);
-const KEY: [f64; 3] = [0.74, 0.68, 0.57];
+const KEY: [f64; 3] = [0.80, 0.735, 0.615];
 /// The lamp at the eye.
 const LAMP: f64 = 0.26;
 
@@ -29,7 +29,7 @@ const BACKGROUND_BOTTOM: Linear = [0.74, 0.78, 0.80];
 
 /// What distance fades to, and how much of it far away.
 const HAZE: Linear = [0.52, 0.58, 0.66];
-const MOST_HAZE: f64 = 0.35;
+const MOST_HAZE: f64 = 0.28;
 
 /// Opacity of translucent surfaces whose material leaves it to a texture.
 const UNKNOWN_OPACITY: f32 = 0.5;
@@ -42,7 +42,8 @@ pub struct Light<'a> {
     projection: Projection,
     forward: DVec3,
     key: DVec3,
-    /// Half of the haze is reached here, scene units.
+    /// Haze begins here, and has half its strength this much farther; scene units.
+    clear_distance: f64,
     haze_distance: f64,
     /// All solid surfaces have one colour: objects get colours of their own, to be told apart.
     plain: bool,
@@ -55,6 +56,8 @@ impl<'a> Light<'a> {
             .bounds()
             .iter()
             .fold(Aabb::EMPTY, |all, &b| all.union(b));
+        let eye = camera.eye();
+        let outside = eye - eye.max(all.min).min(all.max);
         let mut colors = scene
             .meshes()
             .iter()
@@ -64,11 +67,12 @@ impl<'a> Light<'a> {
         let first = colors.next();
         Light {
             scene,
-            eye: camera.eye(),
+            eye,
             projection: *camera.projection(),
             forward: camera.forward(),
             key: KEY_DIRECTION / KEY_DIRECTION.length(),
-            haze_distance: all.size().length() * 0.5,
+            clear_distance: outside.length(),
+            haze_distance: all.size().length(),
             plain: first.is_none_or(|first| colors.all(|c| c == first)),
         }
     }
@@ -100,7 +104,8 @@ impl<'a> Light<'a> {
         let distance = distance_at(&self.projection, depth);
         // Orthographic views have no distance from an eye.
         let haze = match self.projection {
-            Projection::Perspective { .. } if distance > 0.0 => {
+            Projection::Perspective { .. } if distance > self.clear_distance => {
+                let distance = distance - self.clear_distance;
                 MOST_HAZE * (distance / (distance + self.haze_distance))
             }
             _ => 0.0,

@@ -23,6 +23,10 @@ const OCCLUDING: Linear = [0.005, 0.21, 0.13];
 
 /// Boxes longer than this share of the shown depth are drawn faintly: they frame everything and point at nothing.
 const LONG_BOX: f64 = 0.5;
+/// Boxes without an edge of this length are drawn thinly and faintly.
+const SMALL_BOX_PX: f32 = 16.0;
+/// More survivors than this get thin lines: thick ones would cover the scene.
+const MANY_BOXES: usize = 700;
 
 /// The edges of a box between its corners, as [`Aabb::corners`] numbers them: bottom, top, uprights.
 const EDGES: [[usize; 2]; 12] = [
@@ -101,10 +105,14 @@ fn draw_boxes(canvas: &mut Canvas, frame: &PictureFrame<'_>, bystander: &Bystand
         for &object in objects {
             let bounds = &frame.scene.bounds()[object as usize];
             if !bystander.is_cut(bounds) {
+                let edges = outline(bystander, bounds);
                 let long = bounds.size().max_element() > LONG_BOX * bystander.reach;
-                let opacity = if long { ink.opacity / 4 } else { ink.opacity };
-                let ink = ink.with_opacity(opacity);
-                canvas.lines(&outline(bystander, bounds), width, ink);
+                let (width, opacity) = match (long, is_small(&edges)) {
+                    (true, _) => (width, ink.opacity / 4),
+                    (false, true) => (1.0, ink.opacity / 2),
+                    (false, false) => (width, ink.opacity),
+                };
+                canvas.lines(&edges, width, ink.with_opacity(opacity));
             }
         }
     };
@@ -112,7 +120,19 @@ fn draw_boxes(canvas: &mut Canvas, frame: &PictureFrame<'_>, bystander: &Bystand
     let opacity =
         |count: usize| (255 - 20 * count.max(32).ilog2() as usize + 100).clamp(90, 255) as u8;
     wires(&culled, 1.0, CULLED.with_opacity(opacity(culled.len())));
-    wires(&visible, 2.0, VISIBLE.with_opacity(opacity(visible.len())));
+    let width = if visible.len() > MANY_BOXES { 1.0 } else { 2.0 };
+    wires(
+        &visible,
+        width,
+        VISIBLE.with_opacity(opacity(visible.len())),
+    );
+}
+
+/// Whether thick lines would fill a box rather than frame it.
+fn is_small(edges: &[[[f32; 2]; 2]]) -> bool {
+    edges
+        .iter()
+        .all(|[a, b]| (a[0] - b[0]).abs() < SMALL_BOX_PX && (a[1] - b[1]).abs() < SMALL_BOX_PX)
 }
 
 /// The edges of a box that the bystander can see; those behind would only be clutter.

@@ -89,23 +89,17 @@ fn what_makes_no_sense_is_refused_with_its_name() {
 
 #[test]
 fn surfaces_must_be_consecutive_and_cover_every_triangle() {
-    let runs = |runs: &[std::ops::Range<usize>]| {
-        let surface = |triangles: &std::ops::Range<usize>| Surface {
-            triangles: triangles.clone(),
-            material: Material::default(),
-        };
+    let runs = |runs: &[(usize, usize)]| {
+        let surface = |&(start, end)| Surface { triangles: start..end, material: Material::default() };
         let surfaces = runs.iter().map(surface).collect();
         let mesh = Mesh { surfaces, ..mesh(vec![[0.0; 3]; 3], vec![[0, 1, 2]; 4]) };
         Scene::new(vec![mesh], vec![at(0.0, 0.0, 0.0)]).map(|_| ()).map_err(|error| error.to_string())
     };
-    assert_eq!(runs(&[0..4]), Ok(()));
-    assert_eq!(runs(&[0..1, 1..1, 1..4]), Ok(()));
-    for bad in [&[][..], &[0..3], &[0..5], &[1..4], &[0..2, 3..4], &[0..2, 1..4]] {
+    assert_eq!(runs(&[(0, 4)]), Ok(()));
+    assert_eq!(runs(&[(0, 1), (1, 1), (1, 4)]), Ok(()));
+    for bad in [&[][..], &[(0, 3)], &[(0, 5)], &[(1, 4)], &[(0, 2), (3, 4)], &[(0, 2), (1, 4)], &[(0, 4), (4, 2)]] {
         assert!(runs(bad).unwrap_err().contains("mesh 0 \"m\""), "{bad:?}");
     }
-    #[expect(clippy::reversed_empty_ranges, reason = "it is what is refused")]
-    let reversed = runs(&[0..4, 4..2]);
-    assert!(reversed.is_err());
 }
 
 #[test]
@@ -136,8 +130,8 @@ fn a_box_holds_every_vertex_in_whatever_order_the_terms_are_added() {
                 let t = t[row];
                 [((x + y) + z) + t, ((t + z) + y) + x, (x + t) + (y + z)]
             });
-            for order in 0..3 {
-                let point = DVec3::from([0, 1, 2].map(|row| sums[row][order]));
+            for order in [0, 1, 2] {
+                let point = DVec3::from(sums.map(|of_row| of_row[order]));
                 assert!(bounds.contains(Aabb { min: point, max: point }), "{far}: {point:?} in {bounds:?}");
             }
         }
@@ -210,7 +204,7 @@ fn rows_grids_and_heaps_of_equal_boxes_are_quick_and_shallow() {
         let begun = Instant::now();
         let scene = scene_of((0..count).map(layout));
         assert_sound(&scene);
-        assert!(begun.elapsed().as_secs() < 5, "{name}: {:?}", begun.elapsed());
+        assert!(begun.elapsed().as_secs() < 20, "{name}: {:?}", begun.elapsed());
         assert!(scene.bvh().depth() < 200, "{name}: {} levels", scene.bvh().depth());
     }
     // One inside the other, about a common corner or centre.
@@ -224,7 +218,7 @@ fn rows_grids_and_heaps_of_equal_boxes_are_quick_and_shallow() {
         });
         let begun = Instant::now();
         assert_sound(&Scene::new(vec![wedge()], nested.collect()).unwrap());
-        assert!(begun.elapsed().as_secs() < 5, "nested: {:?}", begun.elapsed());
+        assert!(begun.elapsed().as_secs() < 20, "nested: {:?}", begun.elapsed());
     }
 }
 
@@ -245,6 +239,25 @@ fn same_bits_for_any_thread_count() {
 }
 
 #[test]
+fn same_bits_on_every_machine() {
+    let mut random = Random(21);
+    let objects = (0..3000).map(|_| {
+        let matrix = DMat3::from_cols(random.point(2.0), random.point(2.0), random.point(2.0));
+        object(DAffine3 { matrix3: matrix, translation: random.point(1e5) })
+    });
+    let scene = Scene::new(vec![wedge()], objects.collect()).unwrap();
+    let corners = scene.bounds().iter().flat_map(|b| [b.min.to_array(), b.max.to_array()]).flatten().map(f64::to_bits);
+    let nodes = scene.bvh().nodes.iter().flat_map(|n| [n.min, n.max].concat()).map(|c| u64::from(c.to_bits()));
+    let order = scene.bvh().objects.iter().map(|&o| u64::from(o));
+    // FNV-1a over whole words.
+    let hash = corners
+        .chain(nodes)
+        .chain(order)
+        .fold(0xcbf2_9ce4_8422_2325_u64, |hash, word| (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3));
+    assert_eq!(format!("{hash:016x}"), "25ff1f19b18ef842");
+}
+
+#[test]
 fn a_large_mesh_placed_very_often_is_bounded_by_its_box() {
     let mut random = Random(5);
     let positions: Vec<[f32; 3]> = (0..60_000).map(|_| random.point(1.0).as_vec3().to_array()).collect();
@@ -252,7 +265,7 @@ fn a_large_mesh_placed_very_often_is_bounded_by_its_box() {
     let objects: Vec<Object> = (0..30_000).map(|_| object(DAffine3::from_translation(random.point(1e3)))).collect();
     let begun = Instant::now();
     let scene = Scene::new(vec![mesh(positions, triangles)], objects).unwrap();
-    assert!(begun.elapsed().as_secs() < 5, "{:?}", begun.elapsed());
+    assert!(begun.elapsed().as_secs() < 20, "{:?}", begun.elapsed());
     assert_sound(&scene);
     assert!(scene.bounds().iter().all(|b| (b.size() - 2.0).abs().max_element() < 1e-2));
 }

@@ -53,11 +53,7 @@ pub struct Material {
 
 impl Default for Material {
     fn default() -> Self {
-        Material {
-            alpha: Alpha::Opaque,
-            double_sided: false,
-            color: [1.0; 4],
-        }
+        Material { alpha: Alpha::Opaque, double_sided: false, color: [1.0; 4] }
     }
 }
 
@@ -230,9 +226,6 @@ impl Scene {
 
     /// The triangles of all objects, a shared mesh counted once for each object that places it.
     pub fn triangle_count(&self) -> u64 {
-        self.objects
-            .iter()
-            .map(|o| self.meshes[o.mesh].triangles.len() as u64)
-            .sum()
+        self.objects.iter().map(|o| self.meshes[o.mesh].triangles.len() as u64).sum()
     }
 }

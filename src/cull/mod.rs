@@ -66,6 +66,8 @@ pub struct VisibleSet {
     pub in_frustum: Vec<u32>,
     /// Those that are not culled, in scene order.
     pub visible: Vec<u32>,
+    /// Those that were drawn as occluders, in the order they were drawn. May hold some that were found hidden after.
+    pub occluders: Vec<u32>,
     /// Counts.
     pub statistics: Statistics,
     /// Times.
@@ -152,7 +154,7 @@ fn frame(
         objects_in_frustum: in_frustum.len() as u64,
         ..Statistics::default()
     };
-    let hidden = draw_occluders(
+    let (hidden, occluders) = draw_occluders(
         scene,
         settings,
         camera,
@@ -186,13 +188,14 @@ fn frame(
     VisibleSet {
         in_frustum,
         visible,
+        occluders,
         statistics,
         times,
     }
 }
 
 /// Draws candidates in their order, as far as the budget goes, each asked first; says of each object of the scene
-/// whether it was found hidden. What is hidden by a part of the occluders stays hidden behind all of them.
+/// whether it was found hidden, and which were drawn. What is hidden by a part of the occluders stays hidden behind all of them.
 fn draw_occluders(
     scene: &Scene,
     settings: &Settings,
@@ -200,9 +203,10 @@ fn draw_occluders(
     candidates: &[u32],
     buffer: &mut OcclusionBuffer,
     statistics: &mut Statistics,
-) -> Vec<bool> {
+) -> (Vec<bool>, Vec<u32>) {
     let assembler = ObjectAssembler::new(*camera, settings.size);
     let mut hidden = vec![false; scene.objects().len()];
+    let mut drawn = Vec::new();
     for batch in candidates.chunks(OBJECTS_PER_BATCH) {
         let answers: Vec<bool> = batch
             .par_iter()
@@ -246,9 +250,10 @@ fn draw_occluders(
         for triangles in &triangles {
             buffer.draw_assembled(triangles);
         }
+        drawn.extend(to_draw);
         if spent {
             break;
         }
     }
-    hidden
+    (hidden, drawn)
 }

@@ -28,33 +28,21 @@ pub struct Aabb {
 
 impl Aabb {
     /// The box that holds nothing, and that [`Aabb::union`] leaves out.
-    pub const EMPTY: Aabb = Aabb {
-        min: DVec3::INFINITY,
-        max: DVec3::NEG_INFINITY,
-    };
+    pub const EMPTY: Aabb = Aabb { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
 
     /// The smallest box around some points.
     pub fn around(points: impl IntoIterator<Item = DVec3>) -> Aabb {
-        points.into_iter().fold(Aabb::EMPTY, |b, p| Aabb {
-            min: b.min.min(p),
-            max: b.max.max(p),
-        })
+        points.into_iter().fold(Aabb::EMPTY, |b, p| Aabb { min: b.min.min(p), max: b.max.max(p) })
     }
 
     /// The smallest box around two boxes.
     pub fn union(self, other: Aabb) -> Aabb {
-        Aabb {
-            min: self.min.min(other.min),
-            max: self.max.max(other.max),
-        }
+        Aabb { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
     /// The box with every face moved outwards by `distance`.
     pub fn grown(self, distance: f64) -> Aabb {
-        Aabb {
-            min: self.min - DVec3::splat(distance),
-            max: self.max + DVec3::splat(distance),
-        }
+        Aabb { min: self.min - DVec3::splat(distance), max: self.max + DVec3::splat(distance) }
     }
 
     /// The middle of the box.

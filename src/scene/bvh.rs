@@ -11,8 +11,9 @@
 //! obvhs decides only *which* boxes share a node. It sees the scene scaled to a unit cube, so that no area overflows
 //! an f32 however large the world, and each box a little enlarged by an amount made from its index. That breaks ties:
 //! in a row of equal boxes each one's nearest neighbour is the next one, only the last pair agrees, and one pair is
-//! merged in each pass over all of them (100,000 boxes would take minutes). The boxes of our nodes are then made from
-//! the true ones.
+//! merged in each pass over all of them. (Rows, grids and nests of 20,000 boxes took a minute and made a chain as deep;
+//! now 0.1 s and 32 levels: `rows_grids_and_heaps_of_equal_boxes_are_quick_and_shallow`.) The boxes of our nodes are
+//! then made from the true ones.
 
 use glam::{DVec3, Vec3A};
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};

@@ -98,6 +98,24 @@ impl SceneError {
     }
 }
 
+/// How an error calls a thing: `mesh 3 "door"`, or without a name `mesh 3`. Of a long name the beginning is enough.
+pub(super) struct Label<'a> {
+    pub kind: &'a str,
+    pub index: usize,
+    pub name: &'a str,
+}
+
+impl fmt::Display for Label<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{} {}", self.kind, self.index)?;
+        match self.name.char_indices().nth(80) {
+            None if self.name.is_empty() => Ok(()),
+            None => write!(f, " {:?}", self.name),
+            Some((end, _)) => write!(f, " {:?}…", &self.name[..end]),
+        }
+    }
+}
+
 /// An error inside a file, while its place is still being put together.
 #[derive(Debug)]
 pub(super) struct Fault {

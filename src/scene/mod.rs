@@ -45,7 +45,7 @@ pub struct Material {
     /// How the surface lets light through.
     pub alpha: Alpha,
     /// Whether both sides are drawn. A single-sided surface is drawn, and occludes, with its front faces only:
-    /// those that wind counter-clockwise on screen.
+    /// those that wind counter-clockwise on screen (clockwise if [`Object::is_mirrored`]).
     pub double_sided: bool,
     /// Base colour, red, green, blue and opacity, linear in 0 to 1.
     pub color: [f32; 4],
@@ -53,11 +53,7 @@ pub struct Material {
 
 impl Default for Material {
     fn default() -> Self {
-        Material {
-            alpha: Alpha::Opaque,
-            double_sided: false,
-            color: [1.0; 4],
-        }
+        Material { alpha: Alpha::Opaque, double_sided: false, color: [1.0; 4] }
     }
 }
 
@@ -102,6 +98,31 @@ pub struct Object {
 }
 
 /// A whole scene, checked when it is made.
+///
+/// ```
+/// use antumbra::scene::{Material, Mesh, Object, Scene, Surface};
+/// use glam::{DAffine3, DVec3};
+///
+/// let wall = Mesh {
+///     name: "wall".to_owned(),
+///     positions: vec![[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.0, 3.0, 0.0], [0.0, 3.0, 0.0]],
+///     triangles: vec![[0, 1, 2], [0, 2, 3]],
+///     surfaces: vec![Surface { triangles: 0..2, material: Material::default() }],
+/// };
+/// // The mesh is stored once, however many objects place it.
+/// let placed = |name: &str, x| Object {
+///     name: name.to_owned(),
+///     mesh: 0,
+///     world_from_local: DAffine3::from_translation(DVec3::new(x, 0.0, 0.0)),
+///     never_cull: false,
+///     never_occlude: false,
+///     occluder_proxy: None,
+/// };
+/// let scene = Scene::new(vec![wall], vec![placed("west", -10.0), placed("east", 10.0)])?;
+/// assert_eq!((scene.meshes().len(), scene.triangle_count()), (1, 4));
+/// assert!((scene.bounds()[1].center() - DVec3::new(12.0, 1.5, 0.0)).length() < 1e-9);
+/// # Ok::<(), antumbra::scene::SceneError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Scene {
     meshes: Vec<Mesh>,
@@ -205,9 +226,6 @@ impl Scene {
 
     /// The triangles of all objects, a shared mesh counted once for each object that places it.
     pub fn triangle_count(&self) -> u64 {
-        self.objects
-            .iter()
-            .map(|o| self.meshes[o.mesh].triangles.len() as u64)
-            .sum()
+        self.objects.iter().map(|o| self.meshes[o.mesh].triangles.len() as u64).sum()
     }
 }

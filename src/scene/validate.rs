@@ -2,6 +2,7 @@
 //!
 //! Nothing behind it checks again, so the hot paths cannot fail.
 
+use super::error::Label;
 use super::{Mesh, Object, SceneError};
 
 /// The largest coordinate a scene may have, and the largest entry of a matrix: far enough below the largest f32 that
@@ -13,11 +14,11 @@ fn invalid(object: String, cause: String) -> SceneError {
 }
 
 pub(super) fn mesh_label(index: usize, mesh: &Mesh) -> String {
-    if mesh.name.is_empty() { format!("mesh {index}") } else { format!("mesh {index} {:?}", mesh.name) }
+    Label { kind: "mesh", index, name: &mesh.name }.to_string()
 }
 
 pub(super) fn object_label(index: usize, object: &Object) -> String {
-    if object.name.is_empty() { format!("object {index}") } else { format!("object {index} {:?}", object.name) }
+    Label { kind: "object", index, name: &object.name }.to_string()
 }
 
 /// Everything that can be checked without a vertex transformed.

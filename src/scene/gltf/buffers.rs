@@ -127,7 +127,9 @@ impl<'a> Buffers<'a> {
             )
         };
         let size = std::fs::metadata(&path).map_err(unreadable)?.len().min(length);
-        if self.files_read.borrow_mut().insert(path.clone()) {
+        // A file that is read under several names raises the limit once.
+        let one_name = std::fs::canonicalize(&path).map_err(unreadable)?;
+        if self.files_read.borrow_mut().insert(one_name) {
             self.budget.has_read(size);
         }
         self.budget.reserve(size, name())?;

@@ -18,7 +18,7 @@ use super::accessor::Elements;
 use super::document::{self, Attributes, Primitive};
 use super::pose::{Deform, Pose, PoseKey};
 use super::{Result, Source, label, lookup, materials, topology};
-use crate::scene::error::Fault;
+use crate::scene::error::{Fault, Label};
 use crate::scene::warnings::Warnings;
 use crate::scene::{Mesh, Surface};
 
@@ -58,8 +58,8 @@ impl<'a, 's> Meshes<'a, 's> {
             return Ok(place);
         }
         let record = lookup(&self.source.document.meshes, index, "mesh")?;
-        let name = || label("mesh", index, record.name.as_deref());
-        let mesh = self.decode(record, pose, &name, warnings).map_err(|fault| fault.within(name()))?;
+        let name = label("mesh", index, record.name.as_deref());
+        let mesh = self.decode(record, pose, &name, warnings).map_err(|fault| fault.within(&name))?;
         let place = (!mesh.triangles.is_empty()).then_some(self.decoded.len());
         if place.is_some() {
             self.decoded.push(mesh);
@@ -72,7 +72,7 @@ impl<'a, 's> Meshes<'a, 's> {
         &self,
         record: &'a document::Mesh,
         pose: Option<&Pose>,
-        name: &dyn Fn() -> String,
+        name: &Label,
         warnings: &mut Warnings,
     ) -> Result<Mesh> {
         let mut mesh = Mesh { name: record.name.as_deref().unwrap_or_default().to_owned(), ..Mesh::default() };
@@ -81,7 +81,7 @@ impl<'a, 's> Meshes<'a, 's> {
         let mut shared_with: HashMap<(Attributes, &[document::Target]), usize> = HashMap::new();
         for (p, primitive) in record.primitives.iter().enumerate() {
             let place = format!("primitive {p}");
-            let mut left_out = |kind| warnings.note(kind, format_args!("{}, {place}", name()));
+            let mut left_out = |kind| warnings.note(kind, format_args!("{name}, {place}"));
             let Checked::Valid(mode) = primitive.mode else {
                 return Err(Fault::damaged(place, "its mode is none that glTF knows"));
             };

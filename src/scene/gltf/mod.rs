@@ -24,7 +24,7 @@ mod topology;
 
 use std::path::Path;
 
-use super::error::Fault;
+use super::error::{Fault, Label};
 use super::load_budget::LoadBudget;
 use super::warnings::Warnings;
 use super::{Mesh, Object};
@@ -53,12 +53,8 @@ pub(super) fn read(
     nodes::place(&source, warnings)
 }
 
-/// `mesh 3 "door"`, or without a name.
-fn label(kind: &str, index: u32, name: Option<&str>) -> String {
-    match name {
-        Some(name) if !name.is_empty() => format!("{kind} {index} {name:?}"),
-        _ => format!("{kind} {index}"),
-    }
+fn label<'a>(kind: &'a str, index: u32, name: Option<&'a str>) -> Label<'a> {
+    Label { kind, index: index as usize, name: name.unwrap_or_default() }
 }
 
 /// What a number in the file refers to, or why it refers to nothing.

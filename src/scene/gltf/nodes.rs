@@ -16,7 +16,7 @@ use super::document::{Document, Extras, Flags, Instancing, Node};
 use super::meshes::Meshes;
 use super::pose::{Pose, Skin};
 use super::{Result, Source, label, lookup};
-use crate::scene::error::Fault;
+use crate::scene::error::{Fault, Label};
 use crate::scene::load_budget::OBJECT_BYTES;
 use crate::scene::warnings::Warnings;
 use crate::scene::{Mesh, Object};
@@ -31,7 +31,7 @@ pub(super) struct Tree {
     worlds: HashMap<u32, DAffine3>,
 }
 
-fn node_label(document: &Document, index: u32) -> String {
+fn node_label(document: &Document, index: u32) -> Label<'_> {
     label("node", index, document.nodes.get(index as usize).and_then(|n| n.name.as_deref()))
 }
 

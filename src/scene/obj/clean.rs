@@ -11,12 +11,11 @@
 //! Source: *Object Files (.obj)*, Wavefront Advanced Visualizer, appendix B1.
 
 use std::borrow::Cow;
-use std::collections::HashMap;
 use std::io::Write;
 use std::path::Path;
 
 use super::Result;
-use super::material_library::{self, Library};
+use super::material_library::Library;
 use crate::scene::Material;
 use crate::scene::error::Fault;
 use crate::scene::load_budget::{LoadBudget, OBJECT_BYTES};
@@ -59,15 +58,15 @@ struct Cleaner<'a> {
     faces: Vec<u8>,
     /// Indices of the face at hand.
     corners: Vec<usize>,
-    /// The highest index of all, and where it was met.
-    highest: (usize, String),
+    /// The highest index of all that was beyond the vertices so far, its line and its object.
+    highest: (usize, usize, usize),
     object_name: String,
     group_name: String,
     object_begins: bool,
     material: Material,
     runs: Vec<Run>,
     objects: Vec<String>,
-    library: HashMap<String, Material>,
+    library: Library,
 }
 
 /// Cleans a file; the line at fault is named if it cannot be.
@@ -79,14 +78,14 @@ pub(super) fn clean(bytes: &[u8], folder: &Path, budget: &LoadBudget, warnings: 
         vertex_count: 0,
         faces: Vec::new(),
         corners: Vec::new(),
-        highest: (0, String::new()),
+        highest: (0, 0, 0),
         object_name: String::new(),
         group_name: String::new(),
         object_begins: true,
         material: PLAIN,
         runs: Vec::new(),
         objects: Vec::new(),
-        library: HashMap::new(),
+        library: Library::default(),
     };
     for (number, line) in logical_lines(bytes) {
         cleaner.statement(&line, number, folder).map_err(|fault| match cleaner.name() {
@@ -95,9 +94,9 @@ pub(super) fn clean(bytes: &[u8], folder: &Path, budget: &LoadBudget, warnings: 
         })?;
     }
     if cleaner.highest.0 > cleaner.vertex_count {
-        let (index, place) = cleaner.highest;
+        let (index, line, object) = cleaner.highest;
         return Err(Fault::damaged(
-            place,
+            format_args!("line {line}, object {:?}", cleaner.objects[object]),
             format!("index out of range: vertex {index}, but the file has {}", cleaner.vertex_count),
         ));
     }
@@ -146,8 +145,9 @@ impl Cleaner<'_> {
         match keyword {
             "" => {}
             _ if keyword.starts_with('#') => {}
-            "v" => self.vertex(rest)?,
-            "f" => self.face(rest, number)?,
+            // Names may hold a hash mark; numbers cannot.
+            "v" => self.vertex(rest.split('#').next().unwrap_or(""))?,
+            "f" => self.face(rest.split('#').next().unwrap_or(""), number)?,
             "o" if rest != self.object_name || !self.group_name.is_empty() => {
                 self.object_name = rest.to_owned();
                 self.group_name.clear();
@@ -159,9 +159,8 @@ impl Cleaner<'_> {
             }
             "usemtl" => self.use_material(rest, number),
             "mtllib" => {
-                let library = Library { folder, budget: self.budget };
                 let place = format!("line {number}");
-                material_library::read(rest, &library, &mut self.library, self.warnings, &place)?;
+                self.library.read(rest, folder, self.budget, self.warnings, &place)?;
             }
             "l" | "p" => {
                 self.warnings.note("it draws points or lines, which are left out", format_args!("line {number}"));
@@ -178,21 +177,22 @@ impl Cleaner<'_> {
     }
 
     fn vertex(&mut self, rest: &str) -> Result<()> {
-        let place = format_args!("vertex {}", self.vertex_count + 1).to_string();
+        let index = self.vertex_count + 1;
+        let damaged = |cause: String| Fault::damaged(format_args!("vertex {index}"), cause);
         let mut position = [0.0f32; 3];
         let mut words = rest.split_whitespace();
         for (axis, coordinate) in ["x", "y", "z"].into_iter().zip(&mut position) {
             let Some(word) = words.next() else {
-                return Err(Fault::damaged(place, format!("it has no {axis}")));
+                return Err(damaged(format!("it has no {axis}")));
             };
-            *coordinate = number(word, &place)?;
+            *coordinate = number(word).map_err(damaged)?;
         }
         // A fourth number alone is a weight; more are a colour.
         if let (Some(weight), None) = (words.next(), words.next()) {
-            let weight = number(weight, &place)?;
+            let weight = number(weight).map_err(damaged)?;
             position = position.map(|c| c / weight);
             if !position.iter().all(|c| c.is_finite()) {
-                return Err(Fault::damaged(place, format!("divided by its weight {weight} it is not finite")));
+                return Err(damaged(format!("divided by its weight {weight} it is not finite")));
             }
         }
         self.vertex_count += 1;
@@ -200,7 +200,7 @@ impl Cleaner<'_> {
         let [x, y, z] = position;
         // The shortest text that gives the same f32 again.
         let _ = writeln!(self.vertices, "v {x} {y} {z}");
-        self.budget.reserve(VERTEX_BYTES + (self.vertices.len() - start) as u64, place)
+        self.budget.reserve(VERTEX_BYTES + (self.vertices.len() - start) as u64, "a vertex")
     }
 
     fn face(&mut self, rest: &str, line: usize) -> Result<()> {
@@ -219,7 +219,7 @@ impl Cleaner<'_> {
             && highest > self.highest.0
             && highest > self.vertex_count
         {
-            self.highest = (highest, format!("line {line}, object {:?}", self.name()));
+            self.highest = (highest, line, self.objects.len() - 1);
         }
         let start = self.faces.len();
         self.faces.push(b'f');
@@ -273,7 +273,7 @@ impl Cleaner<'_> {
     }
 
     fn use_material(&mut self, name: &str, line: usize) {
-        self.material = match self.library.get(name) {
+        self.material = match self.library.materials.get(name) {
             Some(&material) => material,
             None => {
                 self.warnings.note(
@@ -287,10 +287,10 @@ impl Cleaner<'_> {
 }
 
 /// A finite number.
-fn number(word: &str, place: &str) -> Result<f32> {
+fn number(word: &str) -> std::result::Result<f32, String> {
     match word.parse::<f32>() {
         Ok(number) if number.is_finite() => Ok(number),
-        Ok(_) => Err(Fault::damaged(place, format!("its position is not finite: {word}"))),
-        Err(_) => Err(Fault::damaged(place, format!("{word:?} is not a number"))),
+        Ok(_) => Err(format!("its position is not finite: {word}")),
+        Err(_) => Err(format!("{word:?} is not a number")),
     }
 }

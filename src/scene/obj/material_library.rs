@@ -5,8 +5,8 @@
 //!
 //! Source: *MTL material format*, Alias|Wavefront 1995.
 
-use std::collections::HashMap;
-use std::path::{Component, Path};
+use std::collections::{HashMap, HashSet};
+use std::path::{Path, PathBuf};
 
 use super::Result;
 use super::clean::PLAIN;
@@ -14,54 +14,62 @@ use crate::scene::load_budget::LoadBudget;
 use crate::scene::warnings::Warnings;
 use crate::scene::{Alpha, Material, read_file};
 
-/// Where libraries lie and what they may cost.
-pub(super) struct Library<'a> {
-    pub folder: &'a Path,
-    pub budget: &'a LoadBudget,
+/// The materials read so far.
+#[derive(Default)]
+pub(super) struct Library {
+    pub materials: HashMap<String, Material>,
+    /// Libraries that have been read, or have been missed: a file may name one a million times.
+    known: HashSet<PathBuf>,
 }
 
 /// The largest library that is read: far above any sound one.
 const LARGEST: u64 = 64 << 20;
-/// Bytes a material takes in the map, beside its name.
-const MATERIAL_BYTES: u64 = 128;
+/// Bytes a material, or a library's path, takes beside its name.
+const ENTRY_BYTES: u64 = 128;
 
-/// Reads what an `mtllib` statement names: one file whose name may hold spaces, or several without.
-pub(super) fn read(
-    names: &str,
-    library: &Library,
-    materials: &mut HashMap<String, Material>,
-    warnings: &mut Warnings,
-    place: &str,
-) -> Result<()> {
-    let whole = [names];
-    let each: Vec<&str> = names.split_whitespace().collect();
-    let listed = if library.folder.join(names).is_file() { &whole[..] } else { &each[..] };
-    for &name in listed {
-        let path = Path::new(name);
-        let inside =
-            path.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir | Component::ParentDir));
-        if !inside {
-            warnings.note(
-                "the material library is not relative to the scene and is left out",
-                format_args!("{place}, {name:?}"),
-            );
-            continue;
+impl Library {
+    /// Reads what an `mtllib` statement names: one file whose name may hold spaces, or several without.
+    pub(super) fn read(
+        &mut self,
+        names: &str,
+        folder: &Path,
+        budget: &LoadBudget,
+        warnings: &mut Warnings,
+        place: &str,
+    ) -> Result<()> {
+        let whole = [names];
+        let each: Vec<&str> = names.split_whitespace().collect();
+        for &name in if folder.join(names).is_file() { &whole[..] } else { &each[..] } {
+            let relative = Path::new(name);
+            if relative.is_absolute() || relative.has_root() {
+                warnings.note(
+                    "the material library is not relative to the scene and is left out",
+                    format_args!("{place}, {name:?}"),
+                );
+                continue;
+            }
+            let path = folder.join(relative);
+            let path = std::fs::canonicalize(&path).unwrap_or(path);
+            if self.known.contains(&path) {
+                continue;
+            }
+            budget.reserve(ENTRY_BYTES + path.as_os_str().len() as u64, "a material library")?;
+            self.known.insert(path.clone());
+            let size = std::fs::metadata(&path).map_or(0, |m| m.len()).min(LARGEST);
+            let Ok(bytes) = read_file(&path, size) else {
+                warnings.note(
+                    "the material library cannot be read; its surfaces are white and opaque",
+                    format_args!("{place}, {name:?}"),
+                );
+                continue;
+            };
+            budget.has_read(size);
+            budget.reserve(size, "a material library")?;
+            parse(&bytes, budget, &mut self.materials, warnings, name)?;
+            budget.release(size);
         }
-        let path = library.folder.join(path);
-        let size = std::fs::metadata(&path).map_or(0, |m| m.len()).min(LARGEST);
-        let Ok(bytes) = read_file(&path, size) else {
-            warnings.note(
-                "the material library cannot be read; its surfaces are white and opaque",
-                format_args!("{place}, {name:?}"),
-            );
-            continue;
-        };
-        library.budget.has_read(bytes.len() as u64);
-        library.budget.reserve(bytes.len() as u64, "a material library")?;
-        parse(&bytes, library.budget, materials, warnings, name)?;
-        library.budget.release(bytes.len() as u64);
+        Ok(())
     }
-    Ok(())
 }
 
 fn parse(
@@ -78,7 +86,7 @@ fn parse(
         let (keyword, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
         if keyword == "newmtl" {
             materials.extend(current.take());
-            budget.reserve(MATERIAL_BYTES + rest.len() as u64, "a material")?;
+            budget.reserve(ENTRY_BYTES + rest.len() as u64, "a material")?;
             current = Some((rest.trim().to_owned(), PLAIN));
             continue;
         }

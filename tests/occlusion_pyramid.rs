@@ -93,7 +93,7 @@ fn any_rect(chance: &mut Chance, size: PictureSize) -> SampleRect {
 
 /// Calls `check` with buffers of every size whose holes are few, many, clustered or in the border.
 fn for_patterns(seed: u64, mut check: impl FnMut(&mut Chance, &TileBuffer)) {
-    let mut chance = Chance(seed);
+    let mut chance = Chance::seeded(seed);
     for (w, h) in SIZES {
         let size = PictureSize::new(w, h).unwrap();
         let is_large = w * h > 100_000;
@@ -225,7 +225,7 @@ fn every_cell_counts_the_uncovered_pixels_of_the_picture_below_it() {
 /// Strictly farther than every part that holds one of the rectangle's pixels, and those alone.
 #[test]
 fn the_depth_test_equals_a_scan_of_the_parts() {
-    let mut chance = Chance(64);
+    let mut chance = Chance::seeded(64);
     for (w, h) in SIZES {
         let size = PictureSize::new(w, h).unwrap();
         for _ in 0..if w * h > 100_000 { 2 } else { 12 } {

@@ -45,7 +45,7 @@ fn is_outside(frustum: &Frustum, bounds: &Aabb) -> bool {
 
 #[test]
 fn a_box_around_a_point_in_view_is_never_outside() {
-    let mut chance = Chance(71);
+    let mut chance = Chance::seeded(71);
     let (mut inside, mut outside) = (0, 0);
     for _ in 0..40_000 {
         let size =
@@ -90,7 +90,7 @@ fn a_box_around_a_point_in_view_is_never_outside() {
 /// What a node passes its children need not be asked.
 #[test]
 fn a_box_in_a_box_is_judged_alike_with_the_planes_left_over() {
-    let mut chance = Chance(72);
+    let mut chance = Chance::seeded(72);
     let size = PictureSize::new(160, 90).unwrap();
     let (mut all, mut dropped) = (0, 0);
     for _ in 0..40_000 {
@@ -131,7 +131,7 @@ fn a_box_in_a_box_is_judged_alike_with_the_planes_left_over() {
 /// plane's and the far plane's very distance, and along the sides.
 #[test]
 fn what_is_drawn_at_the_very_border_is_kept() {
-    let mut chance = Chance(73);
+    let mut chance = Chance::seeded(73);
     let size = PictureSize::new(64, 48).unwrap();
     let mut drawn = 0;
     for round in 0..20_000 {

@@ -97,7 +97,9 @@ pub struct Object {
     /// Never drawn as an occluder.
     pub never_occlude: bool,
     /// A mesh to draw in place of the object's own when it is an occluder, in the same local coordinates. Culling is
-    /// exact only if the proxy lies inside the opaque object.
+    /// exact only if the proxy lies inside the object, whose surface is opaque and closed, and so deep that snapping
+    /// (1/256 of a pixel) does not bring its outline out. It is left out where the object's box reaches the near plane:
+    /// seen from inside, the surface does not hide it.
     pub occluder_proxy: Option<usize>,
 }
 

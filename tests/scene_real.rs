@@ -6,8 +6,10 @@ use std::time::Instant;
 use antumbra::scene::{Alpha, Scene};
 
 fn scene(name: &str) -> Option<Scene> {
-    let folder = std::env::var_os("ANTUMBRA_SCENES")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes"), PathBuf::from);
+    let folder = std::env::var_os("ANTUMBRA_SCENES").map_or_else(
+        || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes"),
+        PathBuf::from,
+    );
     let path = folder.join(name);
     if !path.exists() {
         eprintln!("skipped: {} is not there", path.display());
@@ -15,7 +17,11 @@ fn scene(name: &str) -> Option<Scene> {
     }
     let begun = Instant::now();
     let scene = Scene::load(&path).unwrap_or_else(|error| panic!("{error}"));
-    eprintln!("{name}: {:?}, hierarchy {} levels deep", begun.elapsed(), scene.bvh().depth());
+    eprintln!(
+        "{name}: {:?}, hierarchy {} levels deep",
+        begun.elapsed(),
+        scene.bvh().depth()
+    );
     assert_eq!(scene.warnings(), [""; 0]);
     assert_eq!(scene.bvh().validate(scene.bounds()), Ok(()));
     Some(scene)
@@ -31,15 +37,24 @@ fn every_object_and_triangle_is_there() {
         ("delft.glb", 570, 36_267),
     ] {
         let Some(scene) = scene(name) else { continue };
-        assert_eq!((scene.objects().len(), scene.triangle_count()), (objects, triangles), "{name}");
+        assert_eq!(
+            (scene.objects().len(), scene.triangle_count()),
+            (objects, triangles),
+            "{name}"
+        );
     }
 }
 
 #[test]
 fn instances_share_their_meshes_and_may_be_mirrored() {
-    let Some(scene) = scene("falcon.glb") else { return };
+    let Some(scene) = scene("falcon.glb") else {
+        return;
+    };
     assert_eq!((scene.objects().len(), scene.meshes().len()), (5_342, 252));
-    assert_eq!(scene.objects().iter().filter(|o| o.is_mirrored()).count(), 42);
+    assert_eq!(
+        scene.objects().iter().filter(|o| o.is_mirrored()).count(),
+        42
+    );
     assert_eq!((scene.triangle_count() + 5_000) / 10_000, 516);
 }
 
@@ -47,7 +62,16 @@ fn instances_share_their_meshes_and_may_be_mirrored() {
 fn translucent_objects_are_told_apart() {
     for (name, translucent) in [("clinic.glb", 937), ("cistern.glb", 44)] {
         let Some(scene) = scene(name) else { continue };
-        let blends = |mesh: usize| scene.meshes()[mesh].surfaces.iter().any(|s| s.material.alpha == Alpha::Blend);
-        assert_eq!(scene.objects().iter().filter(|o| blends(o.mesh)).count(), translucent, "{name}");
+        let blends = |mesh: usize| {
+            scene.meshes()[mesh]
+                .surfaces
+                .iter()
+                .any(|s| s.material.alpha == Alpha::Blend)
+        };
+        assert_eq!(
+            scene.objects().iter().filter(|o| blends(o.mesh)).count(),
+            translucent,
+            "{name}"
+        );
     }
 }

@@ -74,11 +74,12 @@ pub fn transform(t: &ScreenTransform, position: [f32; 3]) -> ClipVertex {
 
 impl ClipVertex {
     /// Whether the vertex lies between the near and far planes and in the guard band, so that it can be snapped as it
-    /// is. False for a NaN.
+    /// is. False for a NaN, and where the band's own extent overflows.
     #[inline]
     pub fn is_inside(&self, t: &ScreenTransform) -> bool {
         let band = f64::from(GUARD_BAND) * self.w;
         self.w > 0.0
+            && band < f64::INFINITY
             && self.depth <= t.near_depth * self.w
             && (t.far_depth == f64::NEG_INFINITY || self.depth >= t.far_depth * self.w)
             && self.x.abs() <= band
@@ -131,5 +132,12 @@ mod tests {
             }
         }
         assert!(transform(&SCREEN, [0.5, 0.5, 2.0]).is_inside(&SCREEN));
+        let overflown = ClipVertex {
+            x: f64::INFINITY,
+            y: 0.0,
+            depth: 1.0,
+            w: f64::MAX / 256.0,
+        };
+        assert!(!overflown.is_inside(&SCREEN));
     }
 }

@@ -126,15 +126,18 @@ impl Screen {
     /// `X = λ·W` is a plane through the eye (or, orthographic, along the view); it touches the ball where the centre
     /// is `radius` away from it: a quadratic in λ, whose roots are the extremes on screen.
     pub fn footprint_of_sphere(&self, center: DVec3, radius: f64) -> Footprint {
+        // Written so that a NaN ends here.
+        if !(radius >= 0.0) {
+            return Footprint::Unbounded;
+        }
         let relative = center - self.camera.eye();
-        let radius = radius + self.position_error(center.abs().max_element() + radius.abs());
+        let radius = radius + self.position_error(center.abs().max_element() + radius);
         let t = &self.from_eye;
         let at = |r: [f64; 4]| vector(r).dot(relative) + r[3];
         let (w, ww) = (at(t.w), vector(t.w).length_squared());
         let nearest_w = w - radius * self.norms.w;
         let depth = at(t.depth) + radius * self.norms.depth;
-        // Written so that a NaN ends here.
-        if !(radius >= 0.0 && nearest_w > 0.0 && depth < t.near_depth * nearest_w) {
+        if !(nearest_w > 0.0 && depth < t.near_depth * nearest_w) {
             return Footprint::Unbounded;
         }
         let extremes = |row: [f64; 4]| {

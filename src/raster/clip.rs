@@ -74,6 +74,21 @@ fn clip(polygon: &Polygon, distance: impl Fn(&ClipVertex) -> f64) -> Polygon {
     out
 }
 
+/// A corner that clipping made, on the guard band's border and the near plane at the farthest: a cut through coordinates
+/// whose rounding is wider than the band would otherwise overflow the fixed-point arithmetic, and one at the near plane
+/// be nearer by an ulp.
+fn within_limits(v: ScreenVertex, t: &ScreenTransform) -> ScreenVertex {
+    ScreenVertex {
+        x: v.x.clamp(-GUARD_BAND, GUARD_BAND),
+        y: v.y.clamp(-GUARD_BAND, GUARD_BAND),
+        depth: if v.depth > t.near_depth {
+            t.near_depth
+        } else {
+            v.depth
+        },
+    }
+}
+
 /// Clips a triangle and gives what is left as triangles on the sub-pixel grid, a fan with the triangle's own winding.
 /// A triangle with a vertex that is not finite gives none.
 pub fn clip_triangle(
@@ -99,10 +114,12 @@ pub fn clip_triangle(
     polygon = clip(&polygon, |v| band * v.w - v.x);
     polygon = clip(&polygon, |v| band * v.w + v.y);
     polygon = clip(&polygon, |v| band * v.w - v.y);
-    if polygon.len < 3 || polygon.corners().iter().any(|v| v.w <= 0.0) {
+    // Written so that a NaN ends here: numbers that overflow cut to anything.
+    let drawable = |v: &ClipVertex| v.w > 0.0 && finite(v);
+    if polygon.len < 3 || !polygon.corners().iter().all(drawable) {
         return;
     }
-    let mut snapped = polygon.corners().iter().map(ClipVertex::snap);
+    let mut snapped = polygon.corners().iter().map(|v| within_limits(v.snap(), t));
     let (Some(first), Some(mut last)) = (snapped.next(), snapped.next()) else {
         return;
     };
@@ -136,8 +153,8 @@ mod tests {
 
     #[test]
     fn triangles_that_share_a_clipped_edge_share_its_points() {
-        // Both edges of the quad's diagonal cross the near plane and the guard band.
-        let (a, b) = (vertex(3.1, 7.7, -2.3), vertex(900_000.7, 13.3, 5.9));
+        // The quad's diagonal crosses the near plane and the guard band, and lies between them within the band.
+        let (a, b) = (vertex(-466_000.1, 7.7, -2.3), vertex(900_000.7, 13.3, 5.9));
         let points_of = |triangle| {
             let mut points = Vec::new();
             clip_triangle(triangle, &SCREEN, |t| points.extend(t.map(|v| (v.x, v.y))));
@@ -166,25 +183,40 @@ mod tests {
     }
 
     #[test]
-    fn clipped_vertices_stay_in_the_guard_band() {
-        let mut count = 0;
-        clip_triangle(
-            [
-                vertex(0.0, 0.0, 1.0),
-                vertex(1e12, 5e11, 1.0),
-                vertex(-3e9, 8e12, 1.0),
-            ],
-            &SCREEN,
-            |t| {
-                count += 1;
+    fn clipped_vertices_stay_in_the_guard_band_and_behind_the_near_plane() {
+        // Beyond about 1e22 the rounding of a cut is wider than the band.
+        for size in [1.0, 1e10, 1e18, 1e25, 1e40, 1e300] {
+            let mut count = 0;
+            clip_triangle(
+                [
+                    vertex(0.0, 0.0, 1.0),
+                    vertex(1e12 * size, 5e11 * size, 3.0),
+                    vertex(-3e9 * size, 8e12 * size, -7.0),
+                ],
+                &SCREEN,
+                |t| {
+                    count += 1;
+                    for v in t {
+                        assert!(v.x.abs() <= GUARD_BAND && v.y.abs() <= GUARD_BAND, "{v:?}");
+                        assert!(v.depth <= SCREEN.near_depth, "{v:?}");
+                    }
+                },
+            );
+            assert!(count > 0 || size > 1e20);
+        }
+    }
+
+    #[test]
+    fn what_overflows_on_the_way_gives_nothing() {
+        let large = f64::MAX / 512.0;
+        for (x, w) in [(large, 1.0), (1.0, large), (large, large), (-large, large)] {
+            let corners = [vertex(x, -x, w), vertex(-x, x, -w), vertex(x, x, w)];
+            clip_triangle(corners, &SCREEN, |t| {
                 for v in t {
-                    assert!(
-                        v.x.abs() <= GUARD_BAND + 1 && v.y.abs() <= GUARD_BAND + 1,
-                        "{v:?}"
-                    );
+                    assert!(v.x.abs() <= GUARD_BAND && v.y.abs() <= GUARD_BAND, "{v:?}");
+                    assert!(v.depth.is_finite() && v.depth <= SCREEN.near_depth, "{v:?}");
                 }
-            },
-        );
-        assert!(count > 0);
+            });
+        }
     }
 }

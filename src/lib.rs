@@ -11,3 +11,8 @@ pub mod occlusion;
 pub mod raster;
 pub mod scene;
 pub mod view;
+
+/// Compiles the README's example.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExamples;

@@ -218,3 +218,134 @@ impl SrgbTable {
         color.map(|c| self.0[((c * Self::LAST as f32 + 0.5) as usize).min(Self::LAST)])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use glam::{DAffine3, DVec3};
+
+    use super::*;
+    use crate::cull::{Culler, Settings};
+    use crate::scene::{Material, Mesh, Object, Surface};
+    use crate::view::Projection;
+
+    /// A square of side 2 in the plane z = 0, that faces +z.
+    fn square(alpha: Alpha, color: [f32; 4]) -> Mesh {
+        Mesh {
+            name: String::new(),
+            positions: vec![
+                [-1.0, -1.0, 0.0],
+                [1.0, -1.0, 0.0],
+                [1.0, 1.0, 0.0],
+                [-1.0, 1.0, 0.0],
+            ],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            surfaces: vec![Surface {
+                triangles: 0..2,
+                material: Material {
+                    alpha,
+                    color,
+                    ..Material::default()
+                },
+            }],
+        }
+    }
+
+    fn placed(mesh: usize, at: DVec3) -> Object {
+        Object {
+            name: format!("{mesh} at {at}"),
+            mesh,
+            world_from_local: DAffine3::from_translation(at),
+            never_cull: false,
+            never_occlude: false,
+            occluder_proxy: None,
+        }
+    }
+
+    const RED: [f32; 4] = [0.8, 0.1, 0.1, 1.0];
+    const BLUE: [f32; 4] = [0.1, 0.1, 0.8, 1.0];
+    const GLASS: [f32; 4] = [0.2, 0.9, 0.3, 0.4];
+
+    /// Meshes 0 red, 1 blue, 2 glass.
+    fn scene(objects: Vec<Object>) -> Scene {
+        let meshes = vec![
+            square(Alpha::Opaque, RED),
+            square(Alpha::Opaque, BLUE),
+            square(Alpha::Blend, GLASS),
+        ];
+        Scene::new(meshes, objects).expect("a scene")
+    }
+
+    fn camera() -> Camera {
+        let projection = Projection::Perspective {
+            fov_y: 0.8,
+            near: 0.1,
+            far: None,
+        };
+        Camera::look_at(DVec3::Z * 6.0, DVec3::ZERO, DVec3::Y, projection).expect("a camera")
+    }
+
+    fn size() -> PictureSize {
+        PictureSize::new(101, 67).expect("a size")
+    }
+
+    fn render(scene: &Scene, objects: &[u32]) -> Image {
+        render_image(scene, &camera(), size(), objects)
+    }
+
+    #[test]
+    fn the_first_drawn_of_equally_near_surfaces_stays() {
+        let red_first = scene(vec![placed(0, DVec3::ZERO), placed(1, DVec3::ZERO)]);
+        assert_eq!(render(&red_first, &[0, 1]), render(&red_first, &[0]));
+        assert_ne!(render(&red_first, &[0, 1]), render(&red_first, &[1]));
+    }
+
+    #[test]
+    fn a_hidden_translucent_object_changes_nothing_and_a_visible_one_does() {
+        let objects = vec![
+            placed(2, DVec3::Z * -3.0),
+            placed(0, DVec3::ZERO),
+            placed(2, DVec3::new(0.5, 0.0, 1.0)),
+            placed(2, DVec3::ZERO),
+        ];
+        let scene = scene(objects);
+        let all = render(&scene, &[0, 1, 2, 3]);
+        assert_eq!(all, render(&scene, &[1, 2]));
+        assert_ne!(all, render(&scene, &[1]));
+    }
+
+    #[test]
+    fn the_picture_of_the_survivors_is_the_picture_of_the_scene() {
+        let mut objects = vec![placed(0, DVec3::ZERO)];
+        for i in 0..40 {
+            let (x, y) = (f64::from(i % 7) * 0.4 - 1.2, f64::from(i / 7) * 0.35 - 0.9);
+            let z = f64::from(i % 5) * -0.8 + 0.4;
+            objects.push(placed(i as usize % 3, DVec3::new(x, y, z)));
+        }
+        let all: Vec<u32> = (0..objects.len() as u32).collect();
+        let scene = Arc::new(scene(objects));
+        let mut culler = Culler::new(scene.clone(), Settings::new(size())).expect("threads");
+        let visible = culler.cull(&camera()).visible;
+        assert!(visible.len() < all.len());
+        assert_eq!(render(&scene, &visible), render(&scene, &all));
+    }
+
+    #[test]
+    fn differences_are_counted_and_marked() {
+        let white = Image::filled(3, 2, [255; 3]);
+        let mut other = white.clone();
+        other.pixels_mut()[4] = [254, 255, 255];
+        assert_eq!(white.differing_pixels(&other), 1);
+        let marked = white.difference(&other);
+        assert_eq!(marked.differing_pixels(&white.difference(&white)), 1);
+    }
+
+    #[test]
+    fn linear_light_is_encoded_to_the_whole_range() {
+        let table = SrgbTable::new();
+        assert_eq!(table.of([0.0, 1.0, 2.0]), [0, 255, 255]);
+        // Half of the light is 188 of 255 in sRGB.
+        assert_eq!(table.of([0.5, -1.0, 0.214]), [188, 0, 127]);
+    }
+}

@@ -212,6 +212,6 @@ fn color_of_index(object: u32) -> Linear {
     let hash = object.wrapping_mul(0x9E37_79B1);
     let hash = (hash ^ (hash >> 15)).wrapping_mul(0x85EB_CA6B);
     let color = MUTED[(hash >> 16) as usize % MUTED.len()];
-    let lightness = 0.86 + 0.28 * ((hash & 0xff) as f32 / 255.0);
+    let lightness = 0.76 + 0.26 * ((hash & 0xff) as f32 / 255.0);
     color.map(|c| c * lightness)
 }

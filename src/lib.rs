@@ -1,4 +1,18 @@
 //! Occlusion culling on the CPU: which objects of a scene can this camera see?
 #![forbid(unsafe_code)]
 
+pub use glam;
+
+pub mod cull;
+pub mod final_pass;
+pub mod measure;
+pub mod occluders;
+pub mod occlusion;
+pub mod raster;
 pub mod scene;
+pub mod view;
+
+/// Compiles the README's example.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeExamples;

@@ -1,1 +1,43 @@
-//! The hot loops.
+//! The hot loops of the antumbra occlusion culling runtime, one file per loop.
+//!
+//! The plain scalar form of each loop stands here and **defines** it: a vector form has to give the same bits. All
+//! arithmetic is IEEE-754 additions, subtractions, multiplications, divisions, comparisons and roundings, and exact
+//! integers; nothing is fused and nothing is approximated, so the same input gives the same bits on any machine.
+//!
+//! The loops, in the order of a frame:
+//!
+//! | file | what it does |
+//! |---|---|
+//! | [`vertex`] | transforms positions and snaps them to 1/256 of a pixel |
+//! | [`triangle`] | sets a snapped triangle up: exact edge functions and a depth plane |
+//! | [`coverage`] | which of a tile's 64 pixel centres a triangle covers |
+//! | [`tile`] | merges a triangle into a tile's coverage and depth |
+//! | [`pyramid`] | averages four cells of an occlusion map into one |
+//! | [`bounds`] | projects the corners of boxes to a screen rectangle |
+
+pub mod bounds;
+pub mod coverage;
+mod level;
+pub mod pyramid;
+pub mod tile;
+pub mod triangle;
+pub mod vertex;
+
+pub use level::{Level, LevelUnavailable};
+
+/// Sub-pixel positions in one pixel along an axis: coordinates are 24.8 fixed point.
+pub const SUBPIXELS: i32 = 256;
+
+/// Pixels along the edge of a tile.
+pub const TILE_SIZE: i32 = 8;
+
+/// Depth is kept for parts of a tile this many pixels wide and high.
+pub const PART_SIZE: i32 = 4;
+
+/// Depth parts in a tile, row by row.
+pub const PARTS_PER_TILE: usize = 4;
+
+/// Vertices farther than this many sub-pixels from the picture's corner are clipped: 2^15 pixels.
+pub const GUARD_BAND: i32 = (1 << 15) * SUBPIXELS;
+
+const _: () = assert!(PARTS_PER_TILE as i32 * PART_SIZE * PART_SIZE == TILE_SIZE * TILE_SIZE);

@@ -1,0 +1,34 @@
+//! How a command can fail.
+
+use std::fmt::Display;
+use std::path::Path;
+use std::process::ExitCode;
+
+use antumbra_simd::LevelUnavailable;
+use thiserror::Error;
+
+/// Why a command ended early.
+#[derive(Debug, Error)]
+pub enum Failure {
+    /// What was asked for cannot be done; the message says what and why.
+    #[error("{0}")]
+    Failed(String),
+    /// The instruction set is not to be had.
+    #[error("{0}")]
+    Level(#[from] LevelUnavailable),
+}
+
+impl Failure {
+    /// A failure with a file.
+    pub fn with_file(file: &Path, what: &str, cause: impl Display) -> Failure {
+        Failure::Failed(format!("{}: {what}: {cause}", file.display()))
+    }
+
+    /// What the process ends with; see the help.
+    pub fn exit_code(&self) -> ExitCode {
+        ExitCode::from(match self {
+            Failure::Failed(_) => 1,
+            Failure::Level(_) => 3,
+        })
+    }
+}

@@ -1,0 +1,29 @@
+//! `antumbra info`: what this build can use on this machine.
+
+use antumbra_simd::Level;
+use clap::Args;
+
+use super::failure::Failure;
+use super::output::say;
+
+/// Print the version, the instruction sets found and chosen, and the threads
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  antumbra info")]
+pub struct Info {}
+
+impl Info {
+    /// Prints it all.
+    pub fn run(self) -> Result<(), Failure> {
+        let found: Vec<String> = Level::available().iter().map(ToString::to_string).collect();
+        say(format_args!("antumbra {}", env!("CARGO_PKG_VERSION")))?;
+        say(format_args!(
+            "machine: {} {}",
+            std::env::consts::OS,
+            std::env::consts::ARCH
+        ))?;
+        say(format_args!("instruction sets found: {}", found.join(", ")))?;
+        say(format_args!("instruction set chosen: {}", Level::best()))?;
+        let threads = std::thread::available_parallelism().map_or(1, usize::from);
+        say(format_args!("threads: {threads}"))
+    }
+}

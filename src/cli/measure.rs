@@ -1,0 +1,153 @@
+//! `antumbra measure`: is the culling right, how much does it find, what does it cost?
+
+use std::path::PathBuf;
+
+use antumbra::measure::{MeasureSettings, Report, run};
+use clap::Args;
+
+use super::failure::Failure;
+use super::options::{CullOptions, FrameOptions, load_path, load_scene};
+use super::output::{percent, say, thousands};
+use super::progress;
+use super::render::{file_name, no_threads};
+
+const EXAMPLES: &str = "\
+Examples:
+  antumbra measure castle.glb --path castle.path.json
+      a table: objects, culled, errors and times, frame by frame
+  antumbra measure castle.glb --path castle.path.json --threads 1 --cold --every 6 --json -
+      the same as JSON alone on stdout, for scripts";
+
+/// Judge culling against an exact picture of the whole scene, frame by frame
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Measure {
+    /// Scene file: .glb, .gltf or .obj
+    scene: PathBuf,
+
+    /// Camera path (JSON)
+    #[arg(long, value_name = "PATH.json")]
+    path: PathBuf,
+
+    #[command(flatten)]
+    cull: CullOptions,
+
+    #[command(flatten)]
+    frames: FrameOptions,
+
+    /// How occluders are chosen
+    #[arg(long, value_name = "SELECTION", default_value = "nearest", value_parser = ["nearest"])]
+    occluders: String,
+
+    /// How depth is represented
+    #[arg(long, value_name = "REPRESENTATION", default_value = "no-background", value_parser = ["no-background"])]
+    depth: String,
+
+    /// Final pixels along the edge of a map's pixel
+    #[arg(long, value_name = "SCALE", default_value = "1", value_parser = ["1"])]
+    map_scale: String,
+
+    /// Start every frame without memory of the last
+    #[arg(long)]
+    cold: bool,
+
+    /// Write the report as JSON to a file, or alone to stdout (-)
+    #[arg(long, value_name = "FILE|-")]
+    json: Option<PathBuf>,
+}
+
+impl Measure {
+    /// Measures, and reports.
+    pub fn run(self) -> Result<(), Failure> {
+        let settings = MeasureSettings {
+            cull: self.cull.settings()?,
+            cold: self.cold,
+            every: self.frames.every.get(),
+        };
+        let path = load_path(&self.path)?;
+        let scene = load_scene(&self.scene)?;
+        let bar = progress::bar("measuring", 0);
+        let report = run(&scene, &path, &settings, |done, all| {
+            bar.set_length(all as u64);
+            bar.set_position(done as u64);
+        });
+        bar.finish_and_clear();
+        let report = report.map_err(no_threads)?;
+        let Some(file) = self.json else {
+            return say(table(&file_name(&self.scene), &report));
+        };
+        let json = serde_json::to_string_pretty(&report)
+            .map_err(|e| Failure::Failed(format!("the report cannot be written as JSON: {e}")))?;
+        if file.as_os_str() == "-" {
+            return say(json);
+        }
+        std::fs::write(&file, json + "\n")
+            .map_err(|e| Failure::with_file(&file, "cannot be written", e))?;
+        say(table(&file_name(&self.scene), &report))?;
+        say(format_args!("report in {}", file.display()))
+    }
+}
+
+/// The report for people.
+fn table(name: &str, report: &Report) -> String {
+    let s = &report.settings;
+    let mut out = format!(
+        "{name}: {} objects, {} triangles; {}x{}, {}, budget {}, {} {}, {}\n\n",
+        thousands(report.scene.objects),
+        thousands(report.scene.triangles),
+        s.size[0],
+        s.size[1],
+        s.accuracy,
+        s.budget,
+        s.threads,
+        if s.threads == 1 { "thread" } else { "threads" },
+        s.simd,
+    );
+    out += " frame | in frustum  visible   hidden   culled      % | false   wrong px |   select   raster  \
+            pyramid     test    total us\n";
+    for f in &report.frames {
+        let t = &f.time_us;
+        out += &format!(
+            "{:6} | {:10} {:8} {:8} {:8} {:6.1} | {:5} {:10} | {:8.0} {:8.0} {:8.0} {:8.0} {:8.0}\n",
+            f.frame,
+            f.in_frustum,
+            f.exactly_visible,
+            f.exactly_hidden,
+            f.culled,
+            percent(f.culled, f.exactly_hidden),
+            f.false_culls,
+            f.wrong_pixels,
+            t.select,
+            t.raster,
+            t.pyramid,
+            t.test,
+            t.total,
+        );
+    }
+    let t = &report.totals;
+    let ideal = |of_hidden: f64| {
+        if of_hidden > 0.0 {
+            t.culled_of_hidden / of_hidden
+        } else {
+            1.0
+        }
+    };
+    let mean = &t.time_us_mean;
+    out += &format!(
+        "\nculled of the exactly hidden: {:.2} %, {:.3} of the ideal box test, {:.3} of the ideal face test\n\
+         false culls: {}; wrong pixels: {} ({:.4} %)\n\
+         mean time: {:.0} us = {:.0} select + {:.0} raster + {:.0} pyramid + {:.0} test",
+        t.culled_of_hidden * 100.0,
+        ideal(t.ideal_box_culled_of_hidden),
+        ideal(t.ideal_face_culled_of_hidden),
+        t.false_culls,
+        t.wrong_pixels,
+        t.wrong_pixel_fraction * 100.0,
+        mean.total,
+        mean.select,
+        mean.raster,
+        mean.pyramid,
+        mean.test,
+    );
+    out
+}

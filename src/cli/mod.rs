@@ -1,0 +1,70 @@
+//! The command line: what is asked for, and how it ends.
+//!
+//! Results go to stdout; errors, warnings and progress go to stderr, progress only if a person is watching. A reader
+//! that closes stdout early ends nothing: the files that were asked for are still written.
+
+mod demo;
+mod demo_report;
+mod failure;
+mod generate;
+mod info;
+mod measure;
+mod options;
+mod output;
+mod outside;
+mod progress;
+mod render;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+const EXIT_CODES: &str = "\
+Exit codes:
+  0  done
+  1  failed: the scene or path is damaged, a file cannot be written, a check did not hold
+  2  the command line makes no sense
+  3  --simd names an instruction set that this machine or build lacks";
+
+const EXAMPLES: &str = "\
+Examples:
+  antumbra demo
+  antumbra render castle.glb --overlay --out pictures
+  antumbra measure castle.glb --path castle.path.json
+  antumbra generate city -o city.glb";
+
+/// Occlusion culling on the CPU: which objects of a scene can a camera see?
+#[derive(Debug, Parser)]
+#[command(name = "antumbra", version, max_term_width = 100)]
+#[command(after_help = format!("{EXAMPLES}\n\n{EXIT_CODES}"))]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Demo(demo::Demo),
+    Render(render::Render),
+    Measure(measure::Measure),
+    Generate(generate::Generate),
+    Info(info::Info),
+}
+
+/// Runs the command that the process was started with.
+pub fn run() -> ExitCode {
+    let done = match Cli::parse().command {
+        Command::Demo(demo) => demo.run(),
+        Command::Render(render) => render.run(),
+        Command::Measure(measure) => measure.run(),
+        Command::Generate(generate) => generate.run(),
+        Command::Info(info) => info.run(),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            output::complain("error", &failure);
+            failure.exit_code()
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! Options that several commands share, and how their values are read.
+
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use antumbra::cull::Settings;
+use antumbra::occluders::Budget;
+use antumbra::occlusion::Accuracy;
+use antumbra::scene::Scene;
+use antumbra::view::{CameraPath, PictureSize};
+use antumbra_simd::Level;
+use clap::{Args, ValueEnum};
+
+use super::failure::Failure;
+use super::{output, progress};
+
+/// What may be lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum AccuracyName {
+    /// Nothing that owns a pixel is ever culled
+    Exact,
+    /// Small holes between occluders are ignored
+    Approximate,
+}
+
+/// How to cull.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct CullOptions {
+    /// Size of the picture in pixels
+    #[arg(long, value_name = "WxH", default_value = "1280x768", value_parser = parse_size)]
+    pub size: PictureSize,
+
+    /// What may be lost
+    #[arg(long, value_enum, default_value = "exact")]
+    pub accuracy: AccuracyName,
+
+    /// With approximate accuracy: uncovered pixels that are ignored in any 8x8 window
+    #[arg(long, value_name = "PX", default_value_t = 64)]
+    pub hole: u32,
+
+    /// Triangles that may be drawn as occluders in a frame: a number, all, or auto (now the same as all)
+    #[arg(long, value_name = "TRIANGLES|all|auto", default_value = "auto", value_parser = parse_budget)]
+    pub budget: Budget,
+
+    /// Threads to use [default: as many as the machine runs at once]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+
+    /// Instruction set: scalar, sse4.2, avx2, avx512 or neon [default: the best that is there]
+    #[arg(long, value_name = "LEVEL")]
+    pub simd: Option<Level>,
+}
+
+impl CullOptions {
+    /// The settings asked for.
+    ///
+    /// # Errors
+    /// If the instruction set cannot be had here.
+    pub fn settings(&self) -> Result<Settings, Failure> {
+        let accuracy = match self.accuracy {
+            AccuracyName::Exact => Accuracy::Exact,
+            AccuracyName::Approximate => Accuracy::Approximate { hole: self.hole },
+        };
+        let level = match self.simd {
+            Some(level) => level.require()?,
+            None => Level::best(),
+        };
+        Ok(Settings {
+            accuracy,
+            budget: self.budget,
+            threads: self.threads.map_or(0, usize::from),
+            level,
+            ..Settings::new(self.size)
+        })
+    }
+}
+
+/// Which frames of a path to take.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct FrameOptions {
+    /// Take frames 0, N, 2N ... of the path
+    #[arg(long, value_name = "N", default_value = "1")]
+    pub every: NonZeroUsize,
+}
+
+fn parse_size(text: &str) -> Result<PictureSize, String> {
+    let sides = text
+        .split_once('x')
+        .and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+    let (width, height) = sides.ok_or("give the width and the height in pixels, as in 1280x768")?;
+    PictureSize::new(width, height).map_err(|e| e.to_string())
+}
+
+fn parse_budget(text: &str) -> Result<Budget, String> {
+    match text {
+        "all" | "auto" => Ok(Budget::All),
+        number => number
+            .parse()
+            .map(Budget::Triangles)
+            .map_err(|_| "give a number of triangles, `all` or `auto`".into()),
+    }
+}
+
+/// Loads a scene, with its warnings on stderr.
+///
+/// # Errors
+/// If the file is no scene.
+pub fn load_scene(file: &Path) -> Result<Arc<Scene>, Failure> {
+    let spinner = progress::spinner(format!("reading {}", file.display()));
+    let scene = Scene::load(file);
+    spinner.finish_and_clear();
+    let scene = scene.map_err(|e| Failure::Failed(e.to_string()))?;
+    output::warn(scene.warnings());
+    Ok(Arc::new(scene))
+}
+
+/// Loads a camera path.
+///
+/// # Errors
+/// If the file is no path.
+pub fn load_path(file: &Path) -> Result<CameraPath, Failure> {
+    CameraPath::load(file).map_err(|e| Failure::Failed(e.to_string()))
+}
+
+/// Makes a folder and those above it.
+///
+/// # Errors
+/// If it cannot be made.
+pub fn make_folder(folder: &Path) -> Result<(), Failure> {
+    std::fs::create_dir_all(folder)
+        .map_err(|e| Failure::with_file(folder, "the folder cannot be made", e))
+}
+
+/// Where the camera path beside a scene file goes: `city.glb` has `city.path.json`.
+pub fn path_beside(scene: &Path) -> PathBuf {
+    scene.with_extension("path.json")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_two_numbers_with_an_x() {
+        let size = parse_size("1280x768").expect("the default");
+        assert_eq!((size.width(), size.height()), (1280, 768));
+        for bad in [
+            "", "1280", "1280x", "x768", "0x10", "10x-1", "1e3x10", "99999x10",
+        ] {
+            assert!(parse_size(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn budgets_are_a_number_all_or_auto() {
+        assert_eq!(parse_budget("all"), Ok(Budget::All));
+        assert_eq!(parse_budget("auto"), Ok(Budget::All));
+        assert_eq!(parse_budget("5000"), Ok(Budget::Triangles(5000)));
+        assert!(parse_budget("some").is_err());
+        assert!(parse_budget("-1").is_err());
+    }
+}

@@ -1,0 +1,44 @@
+//! What a frame did, and how long each stage took.
+
+use std::time::Duration;
+
+/// Counts of one frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Statistics {
+    /// Objects whose box is not wholly outside a plane of the frustum.
+    pub objects_in_frustum: u64,
+    /// Objects that are not culled.
+    pub objects_visible: u64,
+    /// Occluder candidates that were asked before being drawn.
+    pub occluders_asked: u64,
+    /// Occluders that were drawn.
+    pub occluders_drawn: u64,
+    /// Their triangles, before clipping and culling by facing.
+    pub occluder_triangles: u64,
+    /// Boxes of inner nodes that were tested.
+    pub nodes_tested: u64,
+    /// Boxes of inner nodes that were hidden, and ended their subtrees.
+    pub nodes_hidden: u64,
+    /// Boxes of objects that were tested.
+    pub objects_tested: u64,
+}
+
+/// How long the stages of a frame took; together, the whole frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StageTimes {
+    /// Frustum culling, and choosing and sorting occluders.
+    pub select: Duration,
+    /// Asking and drawing occluders.
+    pub raster: Duration,
+    /// Building the pyramid of occlusion maps.
+    pub pyramid: Duration,
+    /// Testing boxes down the hierarchy.
+    pub test: Duration,
+}
+
+impl StageTimes {
+    /// The whole frame.
+    pub fn total(&self) -> Duration {
+        self.select + self.raster + self.pyramid + self.test
+    }
+}

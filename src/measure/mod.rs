@@ -1,0 +1,15 @@
+//! Is the culling right, how much does it find, and what does it cost?
+//!
+//! Every frame of a camera path is culled and timed, and judged against an exact [`Reference`]: the object-id picture
+//! of the whole scene at final size. Two yardsticks, the ideal box test and the ideal face test (`ideal`), say how
+//! many of the hidden objects a perfect test of bounding boxes would have found.
+
+mod ideal;
+mod reference;
+mod report;
+mod run;
+
+pub use ideal::{ExactDepths, ideal_box_test, ideal_face_test};
+pub use reference::Reference;
+pub use report::{FrameReport, Report, SceneReport, SettingsReport, TimesUs, Totals};
+pub use run::{MeasureSettings, run};

@@ -1,0 +1,162 @@
+//! Measures a path, frame by frame.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use rayon::ThreadPoolBuildError;
+use rayon::prelude::*;
+
+use super::{
+    FrameReport, Reference, Report, SceneReport, SettingsReport, Totals, ideal_box_test,
+    ideal_face_test,
+};
+use crate::cull::{Culler, Settings, VisibleSet};
+use crate::occluders::Budget;
+use crate::occlusion::Accuracy;
+use crate::scene::Scene;
+use crate::view::{Camera, CameraPath};
+
+/// A frame is repeated at least so often,
+const LEAST_REPEATS: usize = 5;
+/// and at least so long,
+const LEAST_TIME: Duration = Duration::from_millis(20);
+/// but no oftener than this.
+const MOST_REPEATS: usize = 50;
+
+/// How to measure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeasureSettings {
+    /// How to cull.
+    pub cull: Settings,
+    /// Whether each frame starts without memory of the last.
+    pub cold: bool,
+    /// Frames 0, N, 2N … are judged; at least 1.
+    pub every: usize,
+}
+
+/// Measures a scene on a path; calls `on_frame` with the number of judged frames done and of all, first with 0.
+///
+/// # Errors
+/// If the operating system gives no threads.
+pub fn run(
+    scene: &Arc<Scene>,
+    path: &CameraPath,
+    settings: &MeasureSettings,
+    mut on_frame: impl FnMut(usize, usize),
+) -> Result<Report, ThreadPoolBuildError> {
+    let mut culler = Culler::new(scene.clone(), settings.cull)?;
+    let every = settings.every.max(1);
+    let judged = path.cameras().len().div_ceil(every);
+    let mut frames = Vec::with_capacity(judged);
+    on_frame(0, judged);
+    for (frame, camera) in path.cameras().iter().enumerate() {
+        if frame % every == 0 {
+            frames.push(measure_frame(&mut culler, frame, camera));
+            on_frame(frames.len(), judged);
+        } else if !settings.cold {
+            culler.cull(camera);
+        }
+    }
+    let size = settings.cull.size;
+    let totals = Totals::of(&frames, (size.width() * size.height()) as u64);
+    let objects = scene.objects().len() as u64;
+    let scene = SceneReport {
+        objects,
+        triangles: scene.triangle_count(),
+    };
+    Ok(Report {
+        scene,
+        settings: describe(settings, culler.threads()),
+        frames,
+        totals,
+    })
+}
+
+fn describe(settings: &MeasureSettings, threads: usize) -> SettingsReport {
+    let Settings {
+        size,
+        accuracy,
+        budget,
+        level,
+        ..
+    } = settings.cull;
+    let (accuracy, hole) = match accuracy {
+        Accuracy::Exact => ("exact", 0),
+        Accuracy::Approximate { hole } => ("approximate", hole),
+    };
+    SettingsReport {
+        size: [size.width(), size.height()],
+        threads,
+        simd: level.to_string(),
+        accuracy: accuracy.into(),
+        hole,
+        occluders: "nearest".into(),
+        budget: match budget {
+            Budget::All => "all".into(),
+            Budget::Triangles(triangles) => triangles.to_string(),
+        },
+        cold: settings.cold,
+        depth: "no-background".into(),
+        map_scale: 1,
+        every: settings.every,
+    }
+}
+
+/// Culls a frame until its time is known; gives the repeat that took least.
+fn repeat(culler: &mut Culler, camera: &Camera) -> VisibleSet {
+    let start = Instant::now();
+    let mut best = culler.cull(camera);
+    for count in 1..MOST_REPEATS {
+        if count >= LEAST_REPEATS && start.elapsed() >= LEAST_TIME {
+            break;
+        }
+        let set = culler.cull(camera);
+        if set.times.total() < best.times.total() {
+            best = set;
+        }
+    }
+    best
+}
+
+fn measure_frame(culler: &mut Culler, frame: usize, camera: &Camera) -> FrameReport {
+    let set = repeat(culler, camera);
+    let scene = culler.scene().clone();
+    let size = culler.settings().size;
+    let reference = Reference::new(&scene, camera, size);
+    let survives = |object: &u32| set.visible.binary_search(object).is_ok();
+    let hidden: Vec<u32> = set
+        .in_frustum
+        .iter()
+        .copied()
+        .filter(|&o| !reference.is_visible(o))
+        .collect();
+    let count = |test: &(dyn Fn(u32) -> bool + Sync)| {
+        hidden.par_iter().filter(|&&object| test(object)).count() as u64
+    };
+    let bounds = |object: u32| &scene.bounds()[object as usize];
+    let triangles = |objects: &[u32]| -> u64 {
+        let of = |&o: &u32| {
+            scene.meshes()[scene.objects()[o as usize].mesh]
+                .triangles
+                .len() as u64
+        };
+        objects.iter().map(of).sum()
+    };
+    FrameReport {
+        frame,
+        time_us: set.times.into(),
+        in_frustum: set.in_frustum.len() as u64,
+        exactly_visible: (set.in_frustum.len() - hidden.len()) as u64,
+        exactly_hidden: hidden.len() as u64,
+        sampleless: count(&|o| !reference.is_sampled(o)),
+        culled: count(&|o| !survives(&o)),
+        ideal_box_culled: count(&|o| ideal_box_test(reference.depths(), camera, bounds(o))),
+        ideal_face_culled: count(&|o| ideal_face_test(reference.depths(), camera, bounds(o))),
+        false_culls: reference.visible_objects().filter(|o| !survives(o)).count() as u64,
+        wrong_pixels: reference.wrong_pixels(&scene, camera, &set.visible),
+        triangles_in_frustum: triangles(&set.in_frustum),
+        triangles_drawn: triangles(&set.visible),
+        occluder_triangles: set.statistics.occluder_triangles,
+        buffer_hash: format!("{:016x}", culler.buffer().map_or(0, |b| b.tiles().hash())),
+    }
+}

@@ -1,0 +1,240 @@
+//! The query interface for engines that have their own scene.
+
+use antumbra_simd::PARTS_PER_TILE;
+use antumbra_simd::triangle::Triangle;
+use glam::{DAffine3, DVec3};
+
+use super::{Accuracy, Footprint, OcclusionMap, Screen, is_behind, is_covered, is_covered_so_far};
+use crate::raster::{Assembler, CullMode, Geometry, TileBuffer};
+use crate::scene::Aabb;
+use crate::view::{Camera, PictureSize};
+
+/// The answer to a question.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Visibility {
+    /// Nothing of it can reach a pixel.
+    Hidden,
+    /// Something of it may reach a pixel.
+    Visible,
+}
+
+impl Visibility {
+    /// Whether this is [`Visibility::Hidden`].
+    pub fn is_hidden(self) -> bool {
+        self == Visibility::Hidden
+    }
+}
+
+/// Something opaque to draw into an [`OcclusionBuffer`].
+#[derive(Clone, Copy, Debug)]
+pub struct Occluder<'a> {
+    /// Positions and indices, local coordinates.
+    pub geometry: Geometry<'a>,
+    /// From local to world coordinates.
+    pub world_from_local: DAffine3,
+    /// Which faces to leave out. A face's front is where its vertices run counter-clockwise in local coordinates: a
+    /// matrix that mirrors does not turn a mesh inside out.
+    pub cull_mode: CullMode,
+}
+
+/// A box with any orientation, world coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OrientedBox {
+    /// The middle.
+    pub center: DVec3,
+    /// From the middle to the middles of three faces.
+    pub half_axes: [DVec3; 3],
+}
+
+/// A ball, world coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sphere {
+    /// The middle.
+    pub center: DVec3,
+    /// The radius.
+    pub radius: f64,
+}
+
+/// Draws occluders and answers whether shapes are hidden behind them.
+///
+/// Each frame: [`clear`](OcclusionBuffer::clear) with the camera, [`draw`](OcclusionBuffer::draw) occluders, nearest
+/// first for speed, [`finish`](OcclusionBuffer::finish), and ask, from any number of threads.
+///
+/// ```
+/// use antumbra::glam::{DAffine3, DVec3};
+/// use antumbra::occlusion::{Occluder, OcclusionBuffer};
+/// use antumbra::raster::{CullMode, Geometry, Positions};
+/// use antumbra::scene::Aabb;
+/// use antumbra::view::{Camera, PictureSize, Projection};
+///
+/// let size = PictureSize::new(640, 480)?;
+/// let projection = Projection::Perspective { fov_y: 1.0, near: 0.1, far: None };
+/// let camera = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, projection)?;
+///
+/// let wall = [[-9.0, -9.0, -5.0], [9.0, -9.0, -5.0], [9.0, 9.0, -5.0], [-9.0, 9.0, -5.0]];
+/// let mut buffer = OcclusionBuffer::new(size, camera);
+/// buffer.draw(&Occluder {
+///     geometry: Geometry::new(Positions::packed(&wall), &[0, 1, 2, 0, 2, 3])?,
+///     world_from_local: DAffine3::IDENTITY,
+///     cull_mode: CullMode::Back,
+/// });
+/// buffer.finish();
+///
+/// let cube_at = |z: f64| Aabb { min: DVec3::new(-1.0, -1.0, z - 1.0), max: DVec3::new(1.0, 1.0, z + 1.0) };
+/// assert!(buffer.test_aabb(&cube_at(-9.0)).is_hidden());
+/// assert!(!buffer.test_aabb(&cube_at(-3.0)).is_hidden());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct OcclusionBuffer {
+    screen: Screen,
+    tiles: TileBuffer,
+    map: OcclusionMap,
+    finished: bool,
+    accuracy: Accuracy,
+    assembler: Assembler,
+    triangles: Vec<Triangle>,
+}
+
+impl OcclusionBuffer {
+    /// An empty buffer for pictures of a size, seen by a camera.
+    pub fn new(size: PictureSize, camera: Camera) -> OcclusionBuffer {
+        let tiles = TileBuffer::new(size);
+        OcclusionBuffer {
+            screen: Screen::new(camera, size),
+            map: OcclusionMap::new(&tiles),
+            tiles,
+            finished: false,
+            accuracy: Accuracy::Exact,
+            assembler: Assembler::default(),
+            triangles: Vec::new(),
+        }
+    }
+
+    /// Sets what may be lost; exact at first.
+    pub fn set_accuracy(&mut self, accuracy: Accuracy) {
+        self.accuracy = accuracy;
+    }
+
+    /// Forgets all that was drawn and begins a frame.
+    pub fn clear(&mut self, camera: &Camera) {
+        self.screen = Screen::new(*camera, self.tiles.size());
+        self.tiles.clear();
+        self.finished = false;
+    }
+
+    /// Draws an occluder. Triangles with a vertex that is not finite hide nothing.
+    pub fn draw(&mut self, occluder: &Occluder<'_>) {
+        let size = self.tiles.size();
+        let screen = self
+            .screen
+            .camera()
+            .screen_from_local(size, &occluder.world_from_local);
+        let mirrored = occluder.world_from_local.matrix3.determinant() < 0.0;
+        let cull = if mirrored {
+            occluder.cull_mode.mirrored()
+        } else {
+            occluder.cull_mode
+        };
+        self.triangles.clear();
+        self.assembler
+            .assemble(occluder.geometry, &screen, size, cull, |t, _| {
+                self.triangles.push(t)
+            });
+        self.tiles.fill(&self.triangles);
+        self.finished = false;
+    }
+
+    /// Draws triangles that were assembled for this buffer's camera and size.
+    pub(crate) fn draw_assembled(&mut self, triangles: &[Triangle]) {
+        self.tiles.fill(triangles);
+        self.finished = false;
+    }
+
+    /// Builds the pyramid of occlusion maps. Questions asked before this are answered too, from the tiles alone.
+    pub fn finish(&mut self) {
+        self.map.build(&self.tiles);
+        self.finished = true;
+    }
+
+    /// Whether an axis-aligned world box is hidden. A box that reaches the near plane, or is not finite, is visible.
+    pub fn test_aabb(&self, bounds: &Aabb) -> Visibility {
+        self.test(self.screen.footprint_of_aabb(bounds))
+    }
+
+    /// Whether a box with any orientation is hidden.
+    pub fn test_oriented_box(&self, bounds: &OrientedBox) -> Visibility {
+        self.test(
+            self.screen
+                .footprint_of_oriented_box(bounds.center, bounds.half_axes),
+        )
+    }
+
+    /// Whether a ball is hidden.
+    pub fn test_sphere(&self, sphere: &Sphere) -> Visibility {
+        self.test(
+            self.screen
+                .footprint_of_sphere(sphere.center, sphere.radius),
+        )
+    }
+
+    /// Whether something is hidden of which only a rectangle on screen is known: columns and rows in pixels, fractions
+    /// allowed, and the distance of its nearest point along the view direction in scene units.
+    pub fn test_rectangle(&self, x: [f64; 2], y: [f64; 2], nearest_distance: f64) -> Visibility {
+        self.test(self.screen.footprint_of_rectangle(x, y, nearest_distance))
+    }
+
+    /// Whether a shape with this footprint is hidden. A shape that covers no sample is.
+    pub fn test(&self, footprint: Footprint) -> Visibility {
+        let hidden = match footprint {
+            Footprint::Unbounded => false,
+            Footprint::Nowhere => true,
+            Footprint::Within(rect) => {
+                let covered = if self.finished {
+                    is_covered(&self.map, &self.tiles, &rect, self.accuracy)
+                } else {
+                    is_covered_so_far(&self.tiles, &rect)
+                };
+                covered && is_behind(&self.tiles, &rect)
+            }
+        };
+        if hidden {
+            Visibility::Hidden
+        } else {
+            Visibility::Visible
+        }
+    }
+
+    /// The camera and picture size, ready to project shapes.
+    pub fn screen(&self) -> &Screen {
+        &self.screen
+    }
+
+    /// Coverage masks and depths as drawn so far.
+    pub fn tiles(&self) -> &TileBuffer {
+        &self.tiles
+    }
+
+    /// The pyramid of occlusion maps as of the last [`finish`](OcclusionBuffer::finish).
+    pub fn map(&self) -> &OcclusionMap {
+        &self.map
+    }
+
+    /// Whether the pixel at column `x`, row `y` is covered, and if so the conservative depth of its tile part.
+    ///
+    /// # Panics
+    /// If the pixel is outside the picture.
+    pub fn pixel(&self, x: usize, y: usize) -> Option<f32> {
+        let size = self.tiles.size();
+        assert!(
+            x < size.width() && y < size.height(),
+            "pixel ({x}, {y}) is outside the picture"
+        );
+        let tile = y / 8 * size.tiles_across() + x / 8;
+        let (column, row) = (x % 8, y % 8);
+        let part = row / 4 * 2 + column / 4;
+        debug_assert!(part < PARTS_PER_TILE);
+        (self.tiles.coverage()[tile] >> (row * 8 + column) & 1 == 1)
+            .then(|| self.tiles.depths()[tile][part])
+    }
+}

@@ -1,0 +1,252 @@
+//! The samples that a shape may cover, and the nearest depth it may have there.
+//!
+//! Both are upper bounds on what the shape's own triangles can do when they are drawn:
+//!
+//! * Vertices of the shape and the corners of its bounds go through different matrices, all in f64. Each result is
+//!   off by less than 2⁻⁴⁵ of the coordinates that went in (a chain of at most 40 operations of relative error
+//!   2⁻⁵³). The bounds are therefore taken anywhere within `2⁻⁴⁰ · (|shape| + |eye|)` of where they stand: 32 times
+//!   that error.
+//! * Vertices snap to the sub-pixel grid: half a sub-pixel (1/512 pixel), and 2⁻¹⁰ sub-pixels for the rounding of the
+//!   snap itself and of the division.
+//! * A triangle's depth at a sample is clamped to its vertices' (see [`antumbra_simd::triangle::DepthPlane`]), so no
+//!   sample is nearer than the nearest corner. The depth is rounded towards the eye when it becomes f32.
+
+use antumbra_simd::SUBPIXELS;
+use antumbra_simd::bounds::{Extent, project_corners};
+use antumbra_simd::vertex::ScreenTransform;
+use glam::DVec3;
+
+use crate::scene::Aabb;
+use crate::view::{Camera, PictureSize};
+
+/// How far a projected coordinate may lie from where it is drawn, in sub-pixels, besides errors that scale with the
+/// scene.
+const SNAP_ERROR: f64 = 0.5 + 1.0 / 1024.0;
+
+/// The share of its coordinates by which a position may be off.
+const POSITION_ERROR: f64 = 1.0 / (1_u64 << 40) as f64;
+
+/// A rectangle of samples (pixel centres) within the picture, ends included, and the nearest depth in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SampleRect {
+    /// First and last column.
+    pub x: [i32; 2],
+    /// First and last row.
+    pub y: [i32; 2],
+    /// No sample is nearer than this; the larger the nearer.
+    pub nearest_depth: f32,
+}
+
+/// Where a shape may be drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Footprint {
+    /// Anywhere: it reaches the near plane, or its numbers are not finite.
+    Unbounded,
+    /// On no sample of the picture.
+    Nowhere,
+    /// Within a rectangle.
+    Within(SampleRect),
+}
+
+/// A camera and a picture size, made ready to project shapes.
+#[derive(Clone, Debug)]
+pub struct Screen {
+    camera: Camera,
+    size: PictureSize,
+    from_eye: ScreenTransform,
+    norms: Norms,
+}
+
+/// How fast the four row products change with the position: the lengths of the rows.
+#[derive(Clone, Debug)]
+struct Norms {
+    x: f64,
+    y: f64,
+    depth: f64,
+    w: f64,
+}
+
+impl Screen {
+    /// Makes a camera ready for a picture size.
+    pub fn new(camera: Camera, size: PictureSize) -> Screen {
+        let from_eye = camera.screen_from_eye(size);
+        let norm = |r: [f64; 4]| vector(r).length();
+        let norms = Norms {
+            x: norm(from_eye.x),
+            y: norm(from_eye.y),
+            depth: norm(from_eye.depth),
+            w: norm(from_eye.w),
+        };
+        Screen {
+            camera,
+            size,
+            from_eye,
+            norms,
+        }
+    }
+
+    /// The camera.
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// The picture's size.
+    pub fn size(&self) -> PictureSize {
+        self.size
+    }
+
+    /// Where an axis-aligned world box may be drawn.
+    pub fn footprint_of_aabb(&self, bounds: &Aabb) -> Footprint {
+        if !bounds.is_valid() {
+            return Footprint::Unbounded;
+        }
+        let eye = self.camera.eye();
+        let relative = Aabb {
+            min: bounds.min - eye,
+            max: bounds.max - eye,
+        };
+        let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
+        self.footprint_of_corners(relative.corners(), reach)
+    }
+
+    /// Where a box with any orientation may be drawn: its centre, and three vectors from there to the middles of
+    /// faces.
+    pub fn footprint_of_oriented_box(&self, center: DVec3, half_axes: [DVec3; 3]) -> Footprint {
+        let [u, v, w] = half_axes;
+        let relative = center - self.camera.eye();
+        let sign = |i: usize, bit: usize| if i >> bit & 1 == 0 { -1.0 } else { 1.0 };
+        let corners =
+            std::array::from_fn(|i| relative + u * sign(i, 0) + v * sign(i, 1) + w * sign(i, 2));
+        let reach = (center.abs() + u.abs() + v.abs() + w.abs()).max_element();
+        self.footprint_of_corners(corners, reach)
+    }
+
+    /// Where a ball may be drawn.
+    ///
+    /// `X = λ·W` is a plane through the eye (or, orthographic, along the view); it touches the ball where the centre
+    /// is `radius` away from it: a quadratic in λ, whose roots are the extremes on screen.
+    pub fn footprint_of_sphere(&self, center: DVec3, radius: f64) -> Footprint {
+        // Written so that a NaN ends here.
+        if !(radius >= 0.0) {
+            return Footprint::Unbounded;
+        }
+        let relative = center - self.camera.eye();
+        let radius = radius + self.position_error(center.abs().max_element() + radius);
+        let t = &self.from_eye;
+        let at = |r: [f64; 4]| vector(r).dot(relative) + r[3];
+        let (w, ww) = (at(t.w), vector(t.w).length_squared());
+        let nearest_w = w - radius * self.norms.w;
+        let depth = at(t.depth) + radius * self.norms.depth;
+        if !(nearest_w > 0.0 && depth < t.near_depth * nearest_w) {
+            return Footprint::Unbounded;
+        }
+        let extremes = |row: [f64; 4]| {
+            let (x, n) = (at(row), vector(row));
+            let r2 = radius * radius;
+            let a = w * w - r2 * ww;
+            let b = x * w - r2 * n.dot(vector(t.w));
+            let discriminant = b * b - a * (x * x - r2 * n.length_squared());
+            // The difference cancels for a small ball far away; the error of its terms is added, so that the root
+            // stays an upper bound.
+            let error = (b * b + a * (x * x + r2 * n.length_squared())) * POSITION_ERROR;
+            let root = (discriminant.max(0.0) + error).sqrt();
+            [(b - root) / a, (b + root) / a]
+        };
+        self.footprint_of_extent(
+            Extent {
+                x: extremes(t.x),
+                y: extremes(t.y),
+                depth,
+                w: nearest_w,
+            },
+            0.0,
+        )
+    }
+
+    /// Where something may be drawn of which only a rectangle on screen is known: columns `x` and rows `y` in pixels,
+    /// fractions allowed, and the distance of its nearest point along the view direction.
+    pub fn footprint_of_rectangle(
+        &self,
+        x: [f64; 2],
+        y: [f64; 2],
+        nearest_distance: f64,
+    ) -> Footprint {
+        let subpixels = |v: [f64; 2]| v.map(|v| v * f64::from(SUBPIXELS));
+        let projection = self.camera.projection();
+        let in_front = nearest_distance > projection.near();
+        let ordered = x[0] <= x[1] && y[0] <= y[1];
+        if !(in_front && ordered) {
+            return Footprint::Unbounded;
+        }
+        let depth = projection.depth_at(nearest_distance);
+        self.footprint_of_extent(
+            Extent {
+                x: subpixels(x),
+                y: subpixels(y),
+                depth,
+                w: 1.0,
+            },
+            0.0,
+        )
+    }
+
+    fn position_error(&self, reach: f64) -> f64 {
+        (reach + self.camera.eye().abs().max_element()) * POSITION_ERROR
+    }
+
+    fn footprint_of_corners(&self, corners: [DVec3; 8], reach: f64) -> Footprint {
+        match project_corners(&self.from_eye, &corners.map(|c| c.to_array())) {
+            // Three axes may all be off at once: the length of the diagonal is less than twice as much.
+            Some(extent) => self.footprint_of_extent(extent, 2.0 * self.position_error(reach)),
+            None => Footprint::Unbounded,
+        }
+    }
+
+    /// Grows an extent by all that may be off, `position_error` in scene units, and finds its samples.
+    fn footprint_of_extent(&self, extent: Extent, position_error: f64) -> Footprint {
+        let w = extent.w - position_error * self.norms.w;
+        let depth = extent.depth + position_error * self.norms.depth;
+        if !(w > 0.0 && depth < self.from_eye.near_depth * w) {
+            return Footprint::Unbounded;
+        }
+        let samples = |range: [f64; 2], norm: f64, pixels: usize| {
+            let largest = range[0].abs().max(range[1].abs());
+            // A move by e changes X by |e|·norm and W by |e|·|w|, hence X / W by no more than this.
+            let moved = position_error * (norm + largest * self.norms.w) / w;
+            let error = SNAP_ERROR + moved + largest * POSITION_ERROR;
+            let (per_pixel, half) = (f64::from(SUBPIXELS), f64::from(SUBPIXELS / 2));
+            let first = ((range[0] - error - half) / per_pixel).ceil();
+            let last = ((range[1] + error - half) / per_pixel).floor();
+            [first.max(0.0) as i32, last.min(pixels as f64 - 1.0) as i32]
+        };
+        let x = samples(extent.x, self.norms.x, self.size.width());
+        let y = samples(extent.y, self.norms.y, self.size.height());
+        if x[0] > x[1] || y[0] > y[1] {
+            return Footprint::Nowhere;
+        }
+        let nearest = depth / w;
+        let nearest_depth = round_up(nearest + nearest.abs() * POSITION_ERROR);
+        if nearest_depth.is_nan() {
+            return Footprint::Unbounded;
+        }
+        Footprint::Within(SampleRect {
+            x,
+            y,
+            nearest_depth,
+        })
+    }
+}
+
+fn vector(row: [f64; 4]) -> DVec3 {
+    DVec3::new(row[0], row[1], row[2])
+}
+
+/// The least f32 that is not below `value`.
+fn round_up(value: f64) -> f32 {
+    let nearest = value as f32;
+    if f64::from(nearest) < value {
+        nearest.next_up()
+    } else {
+        nearest
+    }
+}

@@ -1,0 +1,18 @@
+//! Is this box hidden by what has been drawn?
+//!
+//! A question runs through the files in this order: a shape's `footprint` on screen, the rectangle of samples it may
+//! cover and its nearest depth; the `overlap` test of that rectangle against the pyramid of occlusion maps (`map`); the
+//! `depth` test against the no-background Z-buffer. Occluded means that both pass (HOM §3.1). [`OcclusionBuffer`]
+//! (`buffer`) puts them together for an engine that has its own scene.
+
+mod buffer;
+mod depth;
+mod footprint;
+mod map;
+mod overlap;
+
+pub use buffer::{Occluder, OcclusionBuffer, OrientedBox, Sphere, Visibility};
+pub use depth::is_behind;
+pub use footprint::{Footprint, SampleRect, Screen};
+pub use map::{Accuracy, OcclusionMap};
+pub use overlap::{is_covered, is_covered_so_far};

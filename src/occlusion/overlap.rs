@@ -1,0 +1,106 @@
+//! The overlap test: does a rectangle of samples lie within what the occluders cover?
+//!
+//! The algorithm is HOM's (§5.2, figure 5.3), with ≥ for the figure's strict > so that a threshold of 1 still culls.
+//! Below level 0, where the paper stops, the rectangle's mask is compared with the tile's coverage bits.
+
+use antumbra_simd::TILE_SIZE;
+use antumbra_simd::coverage::rectangle_mask;
+
+use super::{Accuracy, OcclusionMap, SampleRect};
+use crate::raster::TileBuffer;
+
+/// Whether the rectangle lies within covered samples, up to the holes that `accuracy` ignores. `map` must be built
+/// from `tiles`.
+pub fn is_covered(
+    map: &OcclusionMap,
+    tiles: &TileBuffer,
+    rect: &SampleRect,
+    accuracy: Accuracy,
+) -> bool {
+    let test = Test {
+        map,
+        tiles,
+        rect,
+        ignored: accuracy.ignored_per_cell(),
+    };
+    let level = test.start_level();
+    test.all_cells(rect.x, rect.y, level)
+}
+
+/// Whether every sample of the rectangle is covered, asked of the tiles alone: for a buffer that is still being drawn
+/// to and has no map.
+pub fn is_covered_so_far(tiles: &TileBuffer, rect: &SampleRect) -> bool {
+    let across = tiles.size().tiles_across();
+    tiles_of(rect).all(|(x, y)| mask_in_tile(rect, x, y) & !tiles.coverage()[y * across + x] == 0)
+}
+
+/// The tiles that a rectangle touches, row by row.
+pub(super) fn tiles_of(rect: &SampleRect) -> impl Iterator<Item = (usize, usize)> {
+    let span = |s: [i32; 2]| (s[0] / TILE_SIZE) as usize..=(s[1] / TILE_SIZE) as usize;
+    let columns = span(rect.x);
+    span(rect.y).flat_map(move |y| columns.clone().map(move |x| (x, y)))
+}
+
+/// The samples of a tile that lie in the rectangle, which touches the tile.
+#[inline]
+pub(super) fn mask_in_tile(rect: &SampleRect, tile_x: usize, tile_y: usize) -> u64 {
+    let within = |s: [i32; 2], tile: usize| {
+        let start = tile as i32 * TILE_SIZE;
+        [(s[0] - start).max(0), (s[1] - start).min(TILE_SIZE - 1)]
+    };
+    rectangle_mask(within(rect.x, tile_x), within(rect.y, tile_y))
+}
+
+struct Test<'a> {
+    map: &'a OcclusionMap,
+    tiles: &'a TileBuffer,
+    rect: &'a SampleRect,
+    ignored: u32,
+}
+
+impl Test<'_> {
+    /// The finest level whose cells are larger than the rectangle's smaller side (HOM §5.2.1).
+    fn start_level(&self) -> usize {
+        let side = |s: [i32; 2]| s[1] - s[0] + 1;
+        let smaller = side(self.rect.x).min(side(self.rect.y));
+        let last = self.map.level_count() - 1;
+        (0..last)
+            .find(|&level| TILE_SIZE << level > smaller)
+            .unwrap_or(last)
+    }
+
+    /// Checks the cells of a level that hold samples of the rectangle within columns `x` and rows `y`.
+    fn all_cells(&self, x: [i32; 2], y: [i32; 2], level: usize) -> bool {
+        let edge = (TILE_SIZE as usize) << level;
+        let span = |s: [i32; 2], r: [i32; 2]| {
+            s[0].max(r[0]) as usize / edge..=s[1].min(r[1]) as usize / edge
+        };
+        span(y, self.rect.y).all(|cy| span(x, self.rect.x).all(|cx| self.cell(level, cx, cy)))
+    }
+
+    fn cell(&self, level: usize, x: usize, y: usize) -> bool {
+        let uncovered = self.map.uncovered(level, x, y);
+        if uncovered <= self.ignored {
+            return true;
+        }
+        if level == 0 {
+            let coverage = self.tiles.coverage()[y * self.map.width_of_level(0) + x];
+            return (mask_in_tile(self.rect, x, y) & !coverage).count_ones() <= self.ignored;
+        }
+        let [columns, rows] = self.map.pixels_of_cell(level, x, y);
+        let side = |s: [i32; 2]| (s[1] - s[0] + 1) as u32;
+        let pixels = side(columns) * side(rows);
+        let transparent = uncovered == pixels;
+        // Predictive rejection (HOM §5.3.4): a cell wholly in the rectangle, less opaque on average than level 0's
+        // threshold, has a tile that fails.
+        let in_rect = |cell: [i32; 2], rect: [i32; 2]| rect[0] <= cell[0] && cell[1] <= rect[1];
+        let below_threshold =
+            u64::from(uncovered) * 64 > u64::from(self.ignored) * u64::from(pixels);
+        let must_fail =
+            below_threshold && in_rect(columns, self.rect.x) && in_rect(rows, self.rect.y);
+        if transparent || must_fail {
+            return false;
+        }
+        self.all_cells(columns, rows, level - 1)
+    }
+}

@@ -1,0 +1,100 @@
+//! The space that a camera sees, and which boxes meet it.
+
+use glam::DVec3;
+
+use super::{Camera, PictureSize, Projection};
+use crate::scene::Aabb;
+
+/// Which of the frustum's six planes a box still has to be tested against; a node's children need not repeat what the
+/// node has passed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Planes(u8);
+
+impl Planes {
+    /// All six.
+    pub const ALL: Planes = Planes(0b11_1111);
+
+    /// Whether no plane is left: what is inside here is inside the frustum.
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+}
+
+/// Where a box lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Containment {
+    /// Wholly outside one of the planes.
+    Outside,
+    /// Not wholly outside any; the planes that it may still cross.
+    Meets(Planes),
+}
+
+/// Six planes: left, right, bottom, top, near, far. A missing far plane is never crossed.
+///
+/// The normals point inwards and take coordinates relative to the eye.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frustum {
+    eye: DVec3,
+    planes: [(DVec3, f64); 6],
+}
+
+impl Frustum {
+    /// The frustum of a camera for a picture's proportions.
+    pub fn new(camera: &Camera, size: PictureSize) -> Frustum {
+        let (right, up, forward) = (camera.right(), camera.up(), camera.forward());
+        let projection = camera.projection();
+        let sides = match *projection {
+            Projection::Perspective { fov_y, .. } => {
+                let tangent = libm::tan(fov_y * 0.5);
+                let across = forward * (tangent * size.aspect());
+                let down = forward * tangent;
+                [
+                    (across + right, 0.0),
+                    (across - right, 0.0),
+                    (down + up, 0.0),
+                    (down - up, 0.0),
+                ]
+            }
+            Projection::Orthographic { height, .. } => {
+                let (across, down) = (height * 0.5 * size.aspect(), height * 0.5);
+                [(right, across), (-right, across), (up, down), (-up, down)]
+            }
+        };
+        let far = projection
+            .far()
+            .map_or((DVec3::ZERO, 0.0), |far| (-forward, far));
+        Frustum {
+            eye: camera.eye(),
+            planes: [
+                sides[0],
+                sides[1],
+                sides[2],
+                sides[3],
+                (forward, -projection.near()),
+                far,
+            ],
+        }
+    }
+
+    /// Where a world box lies, tested against `planes` only. Rounding never turns a box that meets the frustum by
+    /// more than one part in 2⁴⁰ of its coordinates into one outside.
+    pub fn contains(&self, bounds: &Aabb, planes: Planes) -> Containment {
+        let (min, max) = (bounds.min - self.eye, bounds.max - self.eye);
+        let mut left = 0;
+        for (i, &(normal, offset)) in self.planes.iter().enumerate() {
+            if planes.0 >> i & 1 == 0 {
+                continue;
+            }
+            let positive = normal.cmpge(DVec3::ZERO);
+            let farthest_in = DVec3::select(positive, max, min);
+            let farthest_out = DVec3::select(positive, min, max);
+            if normal.dot(farthest_in) + offset < 0.0 {
+                return Containment::Outside;
+            }
+            if normal.dot(farthest_out) + offset < 0.0 {
+                left |= 1 << i;
+            }
+        }
+        Containment::Meets(Planes(left))
+    }
+}

@@ -1,0 +1,162 @@
+//! `measure` keeps its contract: the keys of its JSON, and nothing else on stdout.
+
+mod cli;
+
+use cli::{Folder, stderr, stdout, succeed};
+use serde_json::Value;
+
+fn measure(folder: &Folder, more: &[&str]) -> std::process::Output {
+    let (scene, path) = (folder.file("yard.obj"), folder.file("yard.path.json"));
+    let mut arguments = vec!["measure", &scene, "--path", &path, "--size", "320x192"];
+    arguments.extend(more);
+    succeed(&arguments)
+}
+
+#[test]
+fn json_on_stdout_is_alone_and_has_the_keys_of_the_contract() {
+    let folder = Folder::new("measure_json").with_scene();
+    let output = measure(&folder, &["--json", "-"]);
+    assert!(stderr(&output).is_empty(), "{}", stderr(&output));
+    let report: Value = serde_json::from_slice(&output.stdout).expect("JSON alone");
+
+    let has = |value: &Value, keys: &[&str]| {
+        for key in keys {
+            assert!(value.get(key).is_some(), "no {key} in {value}");
+        }
+    };
+    const TIMES: [&str; 5] = ["select", "raster", "pyramid", "test", "total"];
+    has(&report, &["scene", "settings", "frames", "totals"]);
+    has(&report["scene"], &["objects", "triangles"]);
+    has(
+        &report["totals"],
+        &[
+            "time_us_mean",
+            "culled_of_hidden",
+            "ideal_box_culled_of_hidden",
+            "ideal_face_culled_of_hidden",
+            "false_culls",
+            "wrong_pixels",
+            "wrong_pixel_fraction",
+        ],
+    );
+    has(&report["totals"]["time_us_mean"], &TIMES);
+    let frames = report["frames"].as_array().expect("a list");
+    assert_eq!(frames.len(), 3);
+    for frame in frames {
+        has(
+            frame,
+            &[
+                "time_us",
+                "in_frustum",
+                "exactly_visible",
+                "exactly_hidden",
+                "sampleless",
+                "culled",
+                "false_culls",
+                "wrong_pixels",
+                "triangles_in_frustum",
+                "triangles_drawn",
+                "occluder_triangles",
+                "buffer_hash",
+            ],
+        );
+        has(&frame["time_us"], &TIMES);
+        let hash = frame["buffer_hash"].as_str().expect("a text");
+        assert!(
+            hash.len() == 16 && hash.chars().all(|c| c.is_ascii_hexdigit()),
+            "{hash}"
+        );
+        let stages: f64 = TIMES[..4]
+            .iter()
+            .map(|s| frame["time_us"][s].as_f64().expect("a time"))
+            .sum();
+        let total = frame["time_us"]["total"].as_f64().expect("a time");
+        assert!((stages - total).abs() < 0.01, "{stages} is not {total}");
+    }
+    assert_eq!(report["scene"]["objects"], 3);
+    assert_eq!(report["scene"]["triangles"], 36);
+    assert_eq!(frames[0]["exactly_hidden"], 1);
+    assert_eq!(frames[0]["culled"], 1);
+    assert_eq!(report["totals"]["false_culls"], 0);
+    assert_eq!(report["totals"]["wrong_pixels"], 0);
+}
+
+#[test]
+fn every_option_of_the_contract_is_taken() {
+    let folder = Folder::new("measure_options").with_scene();
+    let output = measure(
+        &folder,
+        &[
+            "--threads",
+            "1",
+            "--simd",
+            "scalar",
+            "--accuracy",
+            "approximate",
+            "--hole",
+            "16",
+            "--occluders",
+            "nearest",
+            "--budget",
+            "24",
+            "--cold",
+            "--depth",
+            "no-background",
+            "--map-scale",
+            "1",
+            "--every",
+            "2",
+            "--json",
+            "-",
+        ],
+    );
+    let report: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let settings = &report["settings"];
+    assert_eq!(settings["threads"], 1);
+    assert_eq!(settings["simd"], "scalar");
+    assert_eq!(settings["accuracy"], "approximate");
+    assert_eq!(settings["hole"], 16);
+    assert_eq!(settings["budget"], "24");
+    assert_eq!(settings["cold"], true);
+    assert_eq!(settings["every"], 2);
+    let frames = report["frames"].as_array().expect("a list");
+    assert_eq!(frames.len(), 2);
+    for frame in frames {
+        assert!(frame["occluder_triangles"].as_u64().expect("a count") <= 24);
+    }
+}
+
+#[test]
+fn people_get_a_table_and_files_get_the_json() {
+    let folder = Folder::new("measure_table").with_scene();
+    let file = folder.file("report.json");
+    let table = stdout(&measure(&folder, &["--json", &file]));
+    assert!(table.contains("3 objects, 36 triangles"), "{table}");
+    assert!(table.contains("wrong pixels: 0"), "{table}");
+    let json = std::fs::read(&file).expect("the report");
+    serde_json::from_slice::<Value>(&json).expect("JSON");
+    assert!(stdout(&measure(&folder, &[])).contains("false culls: 0"));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_reader_that_leaves_does_not_make_it_panic() {
+    use std::process::{Command, Stdio};
+
+    let folder = Folder::new("measure_pipe").with_scene();
+    let (reader, writer) = std::io::pipe().expect("a pipe");
+    drop(reader);
+    let output = Command::new(cli::EXE)
+        .args([
+            "measure",
+            &folder.file("yard.obj"),
+            "--path",
+            &folder.file("yard.path.json"),
+        ])
+        .args(["--size", "64x64", "--json", "-"])
+        .stdout(writer)
+        .stderr(Stdio::piped())
+        .output()
+        .expect("the command starts");
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+}

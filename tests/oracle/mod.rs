@@ -1,0 +1,127 @@
+//! What is true, found without the code under test: exact integers and plain loops over samples.
+#![allow(dead_code)] // Each test file uses its own share.
+
+use antumbra::raster::for_each_sample;
+use antumbra_simd::triangle::{CullMode, Triangle};
+use antumbra_simd::vertex::ScreenVertex;
+use proptest::test_runner::{Config, RngSeed};
+
+/// A point on the sub-pixel grid.
+pub type Point = (i32, i32);
+
+/// The sign of `(b − a) × (p − a)`, where `p` is the centre of pixel (`x`, `y`) moved right by ε and down by ε², ε
+/// being infinitely small: never 0 unless `a` is `b`.
+///
+/// That is the top-left rule in other words. A left edge has its inside to the right, a top edge is level and has its
+/// inside below, so a centre on either moves in, and from any other edge it moves out.
+pub fn side(a: Point, b: Point, x: i32, y: i32) -> i32 {
+    let wide = |v: i32| i128::from(v);
+    let (dx, dy) = (wide(b.0) - wide(a.0), wide(b.1) - wide(a.1));
+    let (px, py) = (256 * wide(x) + 128, 256 * wide(y) + 128);
+    let cross = dx * (py - wide(a.1)) - dy * (px - wide(a.0));
+    [cross, -dy, dx]
+        .into_iter()
+        .find(|&term| term != 0)
+        .map_or(0, |term| term.signum() as i32)
+}
+
+/// Whether a triangle of either winding covers the centre of a pixel.
+pub fn covers([a, b, c]: [Point; 3], x: i32, y: i32) -> bool {
+    let sides = [side(a, b, x, y), side(b, c, x, y), side(c, a, x, y)];
+    sides == [1; 3] || sides == [-1; 3]
+}
+
+/// Whether a closed outline goes around the centre of a pixel, by counting the edges to its right.
+pub fn inside_outline(outline: &[Point], x: i32, y: i32) -> bool {
+    let py = 256 * y + 128;
+    let mut inside = false;
+    for (i, &a) in outline.iter().enumerate() {
+        let b = outline[(i + 1) % outline.len()];
+        // The centre stands an infinitely small way below py, so an end at py is above it.
+        if (a.1 > py) != (b.1 > py) {
+            let upwards = b.1 < a.1;
+            inside ^= (side(a, b, x, y) > 0) == upwards;
+        }
+    }
+    inside
+}
+
+/// A vertex at a grid point.
+pub fn vertex((x, y): Point, depth: f64) -> ScreenVertex {
+    ScreenVertex { x, y, depth }
+}
+
+/// How often each pixel of a picture is hit by triangles, all at depth ½, both sides drawn.
+pub fn hits(triangles: &[[Point; 3]], width: i32, height: i32) -> Vec<u32> {
+    let mut hits = vec![0; (width * height) as usize];
+    for corners in triangles {
+        let set_up = Triangle::new(corners.map(|p| vertex(p, 0.5)), CullMode::None);
+        if let Some(triangle) = set_up.and_then(|t| t.within(width, height)) {
+            for_each_sample(&triangle, 0..height, |x, y, _| {
+                hits[(y * width + x) as usize] += 1;
+            });
+        }
+    }
+    hits
+}
+
+/// The same by the oracle.
+pub fn true_hits(triangles: &[[Point; 3]], width: i32, height: i32) -> Vec<u32> {
+    let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    pixels
+        .map(|(x, y)| triangles.iter().filter(|&&t| covers(t, x, y)).count() as u32)
+        .collect()
+}
+
+/// Property tests draw the same cases on every run, unless `PROPTEST_RNG_SEED` says otherwise.
+pub fn cases(cases: u32) -> Config {
+    let mut config = Config {
+        failure_persistence: None,
+        max_shrink_iters: 20_000,
+        ..Config::with_cases(cases)
+    };
+    if config.rng_seed == RngSeed::Random {
+        config.rng_seed = RngSeed::Fixed(0x616e_7475_6d62_7261);
+    }
+    config
+}
+
+/// SplitMix64 (Steele, Lea and Flood 2014): enough chance for loops that want no shrinking.
+pub struct Chance(pub u64);
+
+impl Chance {
+    /// The same on every run, unless `ANTUMBRA_TEST_SEED` is set: each value of it gives other cases.
+    pub fn seeded(seed: u64) -> Chance {
+        let other = std::env::var("ANTUMBRA_TEST_SEED").ok();
+        let other = other.map_or(0, |s| s.parse().expect("ANTUMBRA_TEST_SEED is a number"));
+        let mut mixed = Chance(seed);
+        if other != 0 {
+            mixed.0 = mixed.bits() ^ Chance(other).bits();
+        }
+        mixed
+    }
+
+    pub fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// An integer from `low` to `high`, ends included.
+    pub fn whole(&mut self, low: i32, high: i32) -> i32 {
+        let count = (i64::from(high) - i64::from(low) + 1) as u64;
+        (i64::from(low) + (self.bits() % count) as i64) as i32
+    }
+
+    /// A number from `low` to `high`.
+    pub fn real(&mut self, low: f64, high: f64) -> f64 {
+        let unit = (self.bits() >> 11) as f64 / (1_u64 << 53) as f64;
+        low + (high - low) * unit
+    }
+
+    pub fn one_in(&mut self, n: u64) -> bool {
+        self.bits().is_multiple_of(n)
+    }
+}

@@ -485,7 +485,7 @@ fn a_clipped_triangle_is_drawn_where_rays_meet_it() {
         let mut drawn: Vec<Vec<f32>> = vec![Vec::new(); 37 * 31];
         for t in &triangles {
             for_each_sample(t, 0..31, |x, y, depth| {
-                drawn[(y * 37 + x) as usize].push(depth)
+                drawn[(y * 37 + x) as usize].push(depth);
             });
         }
         for (i, drawn) in drawn.iter().enumerate() {

@@ -217,8 +217,8 @@ fn check(scene: Scene, camera: &Camera, size: PictureSize, drawn: &mut usize) {
         |_| true,
         |t| {
             antumbra::raster::for_each_sample(&t.triangle, 0..size.height() as i32, |_, _, _| {
-                any = true
-            })
+                any = true;
+            });
         },
     );
     if any {

@@ -126,8 +126,7 @@ impl Screen {
     /// `X = λ·W` is a plane through the eye (or, orthographic, along the view); it touches the ball where the centre
     /// is `radius` away from it: a quadratic in λ, whose roots are the extremes on screen.
     pub fn footprint_of_sphere(&self, center: DVec3, radius: f64) -> Footprint {
-        // Written so that a NaN ends here.
-        if !(radius >= 0.0) {
+        if radius.is_nan() || radius < 0.0 {
             return Footprint::Unbounded;
         }
         let relative = center - self.camera.eye();

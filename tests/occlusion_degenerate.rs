@@ -281,7 +281,7 @@ fn a_rectangle_that_is_not_one_is_visible() {
 /// it stays around the middle of the picture, which it hides from no direction.
 #[test]
 fn a_ball_at_the_eye_plane_is_never_nowhere() {
-    let mut chance = Chance(51);
+    let mut chance = Chance::seeded(51);
     for round in 0..60_000 {
         let distance = [1.0, 3.7, 1e3, 6.4e6, 1e9][round % 5] * chance.real(0.5, 2.0);
         // From the plane itself out to a millionth of the distance.
@@ -376,7 +376,7 @@ fn an_occluder_that_is_not_finite_or_has_no_area_changes_nothing() {
 /// Enormous numbers may cover anything, but at no nearer depth than their vertices', and without a panic.
 #[test]
 fn enormous_occluders_do_not_panic() {
-    let mut chance = Chance(52);
+    let mut chance = Chance::seeded(52);
     for round in 0..40_000 {
         let near = [1e-30, 0.1, 1e20, 1e30][round % 4];
         let projection = if round % 3 == 0 {

@@ -118,7 +118,7 @@ fn answers(buffer: &OcclusionBuffer, scene: &Scene, object: usize) -> [bool; 3] 
 
 #[test]
 fn an_object_never_hides_itself() {
-    let mut chance = Chance(31);
+    let mut chance = Chance::seeded(31);
     let size = PictureSize::new(83, 61).unwrap();
     let (mut seen, mut bounded) = (0, 0);
     for round in 0..4_000 {
@@ -199,7 +199,7 @@ fn check_owners(scene: &Scene, camera: &Camera, size: PictureSize, what: &str, t
 
 #[test]
 fn nothing_that_owns_a_pixel_is_hidden() {
-    let mut chance = Chance(32);
+    let mut chance = Chance::seeded(32);
     let mut tally = Tally::default();
     for round in 0..250 {
         let size =
@@ -236,7 +236,7 @@ fn nothing_that_owns_a_pixel_is_hidden() {
 /// apart.
 #[test]
 fn depths_less_than_an_f32_step_apart_lose_no_pixel() {
-    let mut chance = Chance(33);
+    let mut chance = Chance::seeded(33);
     let mut tally = Tally::default();
     let size = PictureSize::new(40, 32).unwrap();
     for round in 0..400 {

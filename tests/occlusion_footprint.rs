@@ -80,7 +80,7 @@ fn encloses(rect: [i32; 2], span: [&BigRational; 2], pixels: usize) -> bool {
 
 #[test]
 fn a_box_encloses_the_exact_projection_of_its_object_and_all_its_samples() {
-    let mut chance = Chance(41);
+    let mut chance = Chance::seeded(41);
     let size = PictureSize::new(71, 53).unwrap();
     let mut bounded = 0;
     for round in 0..500 {
@@ -146,7 +146,7 @@ fn a_box_encloses_the_exact_projection_of_its_object_and_all_its_samples() {
 /// own elements are as good.)
 #[test]
 fn a_snapped_vertex_is_within_the_bound_of_its_exact_projection() {
-    let mut chance = Chance(42);
+    let mut chance = Chance::seeded(42);
     let size = PictureSize::new(640, 480).unwrap();
     let mut worst = 0.0_f64;
     let mut seen = 0;
@@ -207,7 +207,7 @@ fn rounded(v: BigRational) -> f64 {
 /// In ordinary worlds nothing but the snap is added: at most 1/100 of a sub-pixel more.
 #[test]
 fn the_rectangle_of_a_box_is_tight() {
-    let mut chance = Chance(43);
+    let mut chance = Chance::seeded(43);
     let size = PictureSize::new(320, 200).unwrap();
     let mut bounded = 0;
     for _ in 0..2_000 {
@@ -261,7 +261,7 @@ fn rect(footprint: Footprint) -> Option<SampleRect> {
 /// from the centre. No column outside the rectangle may be such a one; one that is farther out by a pixel must not be in.
 #[test]
 fn a_ball_is_enclosed_and_tightly() {
-    let mut chance = Chance(44);
+    let mut chance = Chance::seeded(44);
     let size = PictureSize::new(97, 83).unwrap();
     let mut bounded = 0;
     for round in 0..6_000 {
@@ -367,7 +367,7 @@ fn a_ball_is_enclosed_and_tightly() {
 
 #[test]
 fn points_of_a_ball_fall_into_its_rectangle() {
-    let mut chance = Chance(45);
+    let mut chance = Chance::seeded(45);
     let size = PictureSize::new(97, 83).unwrap();
     for round in 0..300 {
         let home = worlds::home(&mut chance);
@@ -404,7 +404,7 @@ fn points_of_a_ball_fall_into_its_rectangle() {
 /// An axis-aligned box asked as an oriented one gives the same samples and depth.
 #[test]
 fn an_oriented_box_without_a_turn_equals_the_axis_aligned_one() {
-    let mut chance = Chance(46);
+    let mut chance = Chance::seeded(46);
     let size = PictureSize::new(131, 77).unwrap();
     let mut bounded = 0;
     for _ in 0..3_000 {

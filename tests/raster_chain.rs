@@ -103,7 +103,7 @@ fn wall(
 /// also write the same depth, so the whole buffer is the same.
 #[test]
 fn a_tessellated_wall_equals_one_quad() {
-    let mut chance = Chance(11);
+    let mut chance = Chance::seeded(11);
     for (w, h) in [
         (1, 1),
         (7, 9),
@@ -139,7 +139,7 @@ fn a_tessellated_wall_equals_one_quad() {
 
 #[test]
 fn no_sample_outside_the_picture_is_ever_covered_and_the_border_is() {
-    let mut chance = Chance(12);
+    let mut chance = Chance::seeded(12);
     for (w, h) in [
         (1, 1),
         (7, 9),
@@ -283,7 +283,7 @@ fn a_one_pixel_slot_stays_visible_at_all_sub_pixel_phases() {
 /// the cuts. Each sample below the horizon is hit once, wherever the cuts fall, and none is hit twice.
 #[test]
 fn a_fan_clipped_by_near_plane_and_guard_band_stays_watertight() {
-    let mut chance = Chance(13);
+    let mut chance = Chance::seeded(13);
     let picture = size(61, 47);
     let (mut clipped, mut sure) = (0, 0);
     for round in 0..400 {
@@ -366,7 +366,7 @@ fn a_fan_clipped_by_near_plane_and_guard_band_stays_watertight() {
 /// Neighbours with and without a cut, through a real camera: triangles of a random height field close to the eye.
 #[test]
 fn clipped_neighbours_never_share_a_sample_or_leave_one_out() {
-    let mut chance = Chance(14);
+    let mut chance = Chance::seeded(14);
     let picture = size(57, 39);
     for round in 0..300 {
         // A sheet that faces the camera, folded in depth but not on screen: positions are made from screen positions

@@ -32,22 +32,45 @@ impl Random {
 /// One of everything.
 fn rich() -> Gltf {
     let mut gltf = Gltf::triangle();
-    let zigzag = gltf.positions(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0], [0.0, 2.0, 1.0]]);
-    let (strip, fan) = (gltf.indices(UNSIGNED_BYTE, &[0, 1, 2, 3, 4]), gltf.indices(UNSIGNED_INT, &[4, 3, 2, 1]));
-    let glass = gltf.material(json!({"name": "glass", "alphaMode": "BLEND", "doubleSided": true,
-        "pbrMetallicRoughness": {"baseColorFactor": [0.1, 0.2, 0.3, 0.4]}}));
+    let zigzag = gltf.positions(&[
+        [0.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [1.0, 1.0, 0.0],
+        [0.0, 2.0, 1.0],
+    ]);
+    let (strip, fan) = (
+        gltf.indices(UNSIGNED_BYTE, &[0, 1, 2, 3, 4]),
+        gltf.indices(UNSIGNED_INT, &[4, 3, 2, 1]),
+    );
+    let glass = gltf.material(
+        json!({"name": "glass", "alphaMode": "BLEND", "doubleSided": true,
+        "pbrMetallicRoughness": {"baseColorFactor": [0.1, 0.2, 0.3, 0.4]}}),
+    );
     let (at, values) = (gltf.view(&[1, 0, 3, 0]), gltf.view(&[0; 24]));
     let sparse = gltf.raw_accessor(json!({"bufferView": 2, "componentType": FLOAT, "type": "VEC3", "count": 5,
         "sparse": {"count": 2, "indices": {"bufferView": at, "componentType": UNSIGNED_SHORT}, "values": {"bufferView": values}}}));
     let joints = gltf.accessor(&[0, 1, 0, 0].repeat(5), UNSIGNED_BYTE, "VEC4", 5);
     let weights = gltf.floats(&[0.5, 0.5, 0.0, 0.0].repeat(5), "VEC4", 5);
     let binds = gltf.floats(
-        &[1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0].repeat(2),
+        &[
+            1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0,
+        ]
+        .repeat(2),
         "MAT4",
         2,
     );
-    let small = gltf.accessor(&[0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0], UNSIGNED_BYTE, "VEC3", 3);
-    gltf.json["bufferViews"].as_array_mut().unwrap().last_mut().unwrap()["byteStride"] = json!(4);
+    let small = gltf.accessor(
+        &[0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0],
+        UNSIGNED_BYTE,
+        "VEC3",
+        3,
+    );
+    gltf.json["bufferViews"]
+        .as_array_mut()
+        .unwrap()
+        .last_mut()
+        .unwrap()["byteStride"] = json!(4);
     gltf.json["extensionsUsed"] = json!(["KHR_mesh_quantization"]);
     let mesh = gltf.mesh("rich", json!([
         {"attributes": {"POSITION": zigzag}, "indices": strip, "mode": 5, "material": glass},
@@ -67,16 +90,19 @@ fn rich() -> Gltf {
     gltf.json["skins"] = json!([{"joints": [hip, knee], "inverseBindMatrices": binds}]);
     gltf.root(json!({"mesh": limb, "skin": 0}));
     let offsets = gltf.positions(&[[5.0, 0.0, 0.0], [6.0, 0.0, 0.0]]);
-    gltf.root(json!({"mesh": mesh, "matrix": [2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 9, 9, 9, 1],
+    gltf.root(
+        json!({"mesh": mesh, "matrix": [2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 9, 9, 9, 1],
         "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": offsets}}},
-        "extras": {"antumbra": {"never_cull": true, "occluder_proxy": "wedge"}}}));
+        "extras": {"antumbra": {"never_cull": true, "occluder_proxy": "wedge"}}}),
+    );
     gltf
 }
 
 const OBJ: &str = "# two rooms\nmtllib paint.mtl\no hall\nv 0 0 0\nv 1 0 0\nv 1 1 0 1.0\nv 0 1 0 0.5 0.5 0.5\nvt 0 0\nvn 0 0 1\n\
     usemtl red\nf 1/1/1 2/1/1 3/1/1\ng door\nf -4//1 -3//1 -2//1 -1//1\nl 1 2 3\ns off\nusemtl glass\no cellar\n\
     v 0 0 -1\nf 1 2 3 4 5\nf 1 2 \\\n3\n";
-const MTL: &str = "newmtl red\nKa 0 0 0\nKd 1 0 0\nd 1\nnewmtl glass\nKd 0.5\nTr 0.25\nmap_d leaf.png\nillum 2\n";
+const MTL: &str =
+    "newmtl red\nKa 0 0 0\nKd 1 0 0\nd 1\nnewmtl glass\nKd 0.5\nTr 0.25\nmap_d leaf.png\nillum 2\n";
 
 const NUMBERS: &[&str] = &[
     "0",
@@ -115,12 +141,16 @@ const NUMBERS: &[&str] = &[
 /// Damages text where it hurts: another number in place of one.
 fn change_number(text: &mut Vec<u8>, random: &mut Random) {
     let is_number = |b: u8| b.is_ascii_digit() || b == b'.' || b == b'-';
-    let starts: Vec<usize> = (1..text.len()).filter(|&i| is_number(text[i]) && !is_number(text[i - 1])).collect();
+    let starts: Vec<usize> = (1..text.len())
+        .filter(|&i| is_number(text[i]) && !is_number(text[i - 1]))
+        .collect();
     if starts.is_empty() {
         return;
     }
     let start = starts[random.below(starts.len())];
-    let end = (start..text.len()).find(|&i| !is_number(text[i])).unwrap_or(text.len());
+    let end = (start..text.len())
+        .find(|&i| !is_number(text[i]))
+        .unwrap_or(text.len());
     text.splice(start..end, NUMBERS[random.below(NUMBERS.len())].bytes());
 }
 
@@ -163,7 +193,11 @@ impl Seed {
     fn glb(gltf: &Gltf) -> Seed {
         let mut json = gltf.json.clone();
         json["buffers"][0]["byteLength"] = json!(gltf.bin.len());
-        Seed { name: "scene.glb", json_or_text: json.to_string().into_bytes(), bin: Some(gltf.bin.clone()) }
+        Seed {
+            name: "scene.glb",
+            json_or_text: json.to_string().into_bytes(),
+            bin: Some(gltf.bin.clone()),
+        }
     }
 
     fn mutated(&self, random: &mut Random) -> Vec<u8> {
@@ -184,7 +218,10 @@ impl Seed {
 }
 
 fn mutations() -> usize {
-    std::env::var("ANTUMBRA_MUTATIONS").ok().and_then(|count| count.parse().ok()).unwrap_or(2_000)
+    std::env::var("ANTUMBRA_MUTATIONS")
+        .ok()
+        .and_then(|count| count.parse().ok())
+        .unwrap_or(2_000)
 }
 
 /// Loads a file; if that panics or takes long, leaves the file behind and says where.
@@ -195,7 +232,11 @@ fn load_within(folder: &Folder, name: &str, bytes: &[u8], limit: Duration, attem
     if result.is_err() || begun.elapsed() > limit {
         let kept = std::env::temp_dir().join(format!("antumbra-garbage-{attempt}-{name}"));
         std::fs::write(&kept, bytes).unwrap();
-        panic!("mutation {attempt}, kept as {}, took {:?}: {result:?}", kept.display(), begun.elapsed());
+        panic!(
+            "mutation {attempt}, kept as {}, took {:?}: {result:?}",
+            kept.display(),
+            begun.elapsed()
+        );
     }
     let scene = result.unwrap();
     if let Ok(scene) = &scene {
@@ -210,20 +251,37 @@ fn mutated_files_end_in_a_scene_or_an_error() {
     let gltf = rich();
     let data_uri = {
         use base64::Engine;
-        format!("data:;base64,{}", base64::engine::general_purpose::STANDARD.encode(&gltf.bin))
+        format!(
+            "data:;base64,{}",
+            base64::engine::general_purpose::STANDARD.encode(&gltf.bin)
+        )
     };
     let seeds = [
         Seed::glb(&Gltf::triangle()),
         Seed::glb(&gltf),
-        Seed { name: "scene.gltf", json_or_text: gltf.text(&data_uri).into_bytes(), bin: None },
-        Seed { name: "scene.obj", json_or_text: OBJ.into(), bin: None },
+        Seed {
+            name: "scene.gltf",
+            json_or_text: gltf.text(&data_uri).into_bytes(),
+            bin: None,
+        },
+        Seed {
+            name: "scene.obj",
+            json_or_text: OBJ.into(),
+            bin: None,
+        },
     ];
     folder.write("paint.mtl", MTL);
     let mut random = Random(0x9e37_79b9);
     let mut sound = 0;
     for seed in &seeds {
-        let file = seed.bin.as_ref().map_or(seed.json_or_text.clone(), |bin| glb(&seed.json_or_text, bin));
-        assert!(load_within(&folder, seed.name, &file, Duration::from_secs(2), 0), "{} is sound", seed.name);
+        let file = seed.bin.as_ref().map_or(seed.json_or_text.clone(), |bin| {
+            glb(&seed.json_or_text, bin)
+        });
+        assert!(
+            load_within(&folder, seed.name, &file, Duration::from_secs(2), 0),
+            "{} is sound",
+            seed.name
+        );
     }
     for attempt in 0..mutations() {
         let seed = &seeds[attempt % seeds.len()];
@@ -233,15 +291,23 @@ fn mutated_files_end_in_a_scene_or_an_error() {
             folder.write("paint.mtl", library);
         }
         let file = seed.mutated(&mut random);
-        sound += usize::from(load_within(&folder, seed.name, &file, Duration::from_secs(2), attempt));
+        sound += usize::from(load_within(
+            &folder,
+            seed.name,
+            &file,
+            Duration::from_secs(2),
+            attempt,
+        ));
     }
     eprintln!("{sound} of {} mutations still load", mutations());
 }
 
 #[test]
 fn a_mutated_real_scene_ends_in_a_scene_or_an_error() {
-    let folder = std::env::var_os("ANTUMBRA_SCENES")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes"), PathBuf::from);
+    let folder = std::env::var_os("ANTUMBRA_SCENES").map_or_else(
+        || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes"),
+        PathBuf::from,
+    );
     let Ok(whole) = std::fs::read(folder.join("delft.glb")) else {
         eprintln!("skipped: no delft.glb in {}", folder.display());
         return;

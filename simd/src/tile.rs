@@ -1,39 +1,62 @@
-//! Merges a triangle into a tile: coverage, and one conservative depth for each part.
+//! Merges a triangle into a tile: coverage, and two layers of conservative depth for each part.
 //!
-//! A part's depth is the farthest depth of the nearest occluder surfaces over its covered samples (HOM §6.4), never
-//! nearer than that. With `old` the samples already covered, at depths not farther than `O`, and `new` those of the
-//! triangle, not farther than `T`, the nearest surface is
+//! A part's depth is the farthest depth of the nearest occluder surfaces over its covered samples (HOM §6.4), or
+//! farther. One value a part forgets too much: where a near and a far surface share a part, the far one's depth would
+//! have to stand for both, and a third surface in front of the far one could not mend it. So a part keeps its covered
+//! samples in two layers, each with a depth than which none of its samples is farther:
 //!
-//! * not farther than `O` where only the old covers,
-//! * not farther than `T` where only the triangle covers,
-//! * not farther than the *nearer* of the two where both cover,
+//! ```text
+//!   far layer    samples covered and not in `near_samples`    depth `far`     the part's depth
+//!   near layer   samples in `near.samples`                    depth `near`    not farther than `far`
+//! ```
 //!
-//! and the part keeps the farthest of those three that have a sample. Depths are the larger the nearer.
+//! A triangle takes over the samples that it covers in layers farther than itself, and those not yet covered: the
+//! surface there is now not farther than the triangle. Layers nearer than the triangle keep theirs. The triangle's
+//! samples are a third layer; if none of the three is empty, the two that lie closest to each other along the view
+//! become one, at the farther depth of the two. Depths are the larger the nearer.
 
 use crate::coverage::PART_MASKS;
 use crate::triangle::Triangle;
 use crate::{PART_SIZE, PARTS_PER_TILE, TILE_SIZE};
 
-/// The depth of a part without coverage: nearest possible, so that the depth test ignores it (HOM §6.4) and the
-/// overlap test decides.
+/// The depth of a layer without samples: nearest possible, so that the depth test ignores a part without coverage
+/// (HOM §6.4) and the overlap test decides.
 pub const UNCOVERED: f32 = f32::INFINITY;
 
-/// Merges the samples `mask` of a triangle, all in tile (`tile_x`, `tile_y`), into the tile's coverage and depths.
+/// The near layers of a tile's parts. The far layers' depths stand apart, since questions read only those.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NearLayers {
+    /// The depth of each.
+    pub depth: [f32; PARTS_PER_TILE],
+    /// The samples of all of them.
+    pub samples: u64,
+}
+
+impl NearLayers {
+    /// No samples.
+    pub const EMPTY: NearLayers = NearLayers {
+        depth: [UNCOVERED; PARTS_PER_TILE],
+        samples: 0,
+    };
+}
+
+/// Merges the samples `mask` of a triangle, all in tile (`tile_x`, `tile_y`), into the tile's coverage, the depths of
+/// its parts (of their far layers) and their near layers.
 #[inline]
 pub fn merge(
     coverage: &mut u64,
-    depths: &mut [f32; PARTS_PER_TILE],
+    far: &mut [f32; PARTS_PER_TILE],
+    near: &mut NearLayers,
     mask: u64,
     triangle: &Triangle,
     tile_x: i32,
     tile_y: i32,
 ) {
-    for (part, (depth, part_mask)) in depths.iter_mut().zip(PART_MASKS).enumerate() {
-        let new = mask & part_mask;
-        if new == 0 {
+    for (part, part_mask) in PART_MASKS.into_iter().enumerate() {
+        let samples = mask & part_mask;
+        if samples == 0 {
             continue;
         }
-        let old = *coverage & part_mask;
         let column = part as i32 % (TILE_SIZE / PART_SIZE);
         let row = part as i32 / (TILE_SIZE / PART_SIZE);
         let (x, y) = (
@@ -45,47 +68,182 @@ pub fn merge(
             [x.max(triangle.x[0]), (x + PART_SIZE - 1).min(triangle.x[1])],
             [y.max(triangle.y[0]), (y + PART_SIZE - 1).min(triangle.y[1])],
         );
-        *depth = merged_depth(*depth, old, triangle_depth, new);
+        let near_samples = near.samples & part_mask;
+        let [new_far, new_near] = merge_layer(
+            [
+                Layer {
+                    samples: *coverage & part_mask & !near_samples,
+                    depth: far[part],
+                },
+                Layer {
+                    samples: near_samples,
+                    depth: near.depth[part],
+                },
+            ],
+            Layer {
+                samples,
+                depth: triangle_depth,
+            },
+        );
+        far[part] = new_far.depth;
+        near.depth[part] = new_near.depth;
+        near.samples = near.samples & !part_mask | new_near.samples;
     }
     *coverage |= mask;
 }
 
-/// The rule at the head of this file, for one part.
+/// Samples, and a depth than which none of them is farther.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Layer {
+    samples: u64,
+    depth: f32,
+}
+
+const EMPTY: Layer = Layer {
+    samples: 0,
+    depth: UNCOVERED,
+};
+
+/// Merges a third layer into a part's far and near ones; none that is not empty is farther than the far one.
 #[inline]
-fn merged_depth(old_depth: f32, old: u64, new_depth: f32, new: u64) -> f32 {
-    let mut farthest = UNCOVERED;
-    let mut take = |samples: u64, depth: f32| {
-        if samples != 0 && depth < farthest {
-            farthest = depth;
+fn merge_layer([mut far, mut near]: [Layer; 2], mut new: Layer) -> [Layer; 2] {
+    for layer in [far, near] {
+        if layer.depth >= new.depth {
+            new.samples &= !layer.samples;
         }
+    }
+    if new.samples == 0 {
+        return [far, near];
+    }
+    far.samples &= !new.samples;
+    near.samples &= !new.samples;
+    // Farthest first, empty ones before them.
+    let is_before = |a: Layer, b: Layer| a.samples == 0 || b.samples != 0 && a.depth <= b.depth;
+    let [a, b] = if is_before(far, near) {
+        [far, near]
+    } else {
+        [near, far]
     };
-    take(old & !new, old_depth);
-    take(new & !old, new_depth);
-    take(
-        old & new,
-        if new_depth > old_depth {
-            new_depth
-        } else {
-            old_depth
-        },
-    );
-    farthest
+    let [a, b, c] = if is_before(b, new) {
+        [a, b, new]
+    } else if is_before(a, new) {
+        [a, new, b]
+    } else {
+        [new, a, b]
+    };
+    match (a.samples, b.samples) {
+        (0, 0) => [c, EMPTY],
+        (0, _) => [b, c],
+        _ => {
+            // Depth is near / distance: the gap between distances 1/a and 1/b is (b − a) / (a·b). Both sides are
+            // multiplied by a·b·c. For depths that are −distance it is a guess; any choice is safe.
+            let farther_two_are_closer =
+                (b.depth - a.depth) * c.depth.abs() <= (c.depth - b.depth) * a.depth.abs();
+            if farther_two_are_closer {
+                [
+                    Layer {
+                        samples: a.samples | b.samples,
+                        depth: a.depth,
+                    },
+                    c,
+                ]
+            } else {
+                [
+                    a,
+                    Layer {
+                        samples: b.samples | c.samples,
+                        depth: b.depth,
+                    },
+                ]
+            }
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn layer(samples: u64, depth: f32) -> Layer {
+        Layer { samples, depth }
+    }
+
     #[test]
     fn a_part_keeps_the_farthest_of_the_nearest_surfaces() {
         let (near, far) = (0.75, 0.25);
-        // The first triangle is all there is.
-        assert_eq!(merged_depth(UNCOVERED, 0, far, 0b11), far);
-        // A nearer one in front of all of it moves the part nearer; in front of half of it, it does not.
-        assert_eq!(merged_depth(far, 0b11, near, 0b11), near);
-        assert_eq!(merged_depth(far, 0b11, near, 0b01), far);
+        let one = merge_layer([EMPTY, EMPTY], layer(0b11, far));
+        assert_eq!(one, [layer(0b11, far), EMPTY]);
+        // A nearer surface in front of all of it moves the part nearer; in front of half of it, it does not.
+        assert_eq!(
+            merge_layer(one, layer(0b11, near)),
+            [layer(0b11, near), EMPTY]
+        );
+        let half = merge_layer(one, layer(0b01, near));
+        assert_eq!(half, [layer(0b10, far), layer(0b01, near)]);
+        // Until the other half follows.
+        assert_eq!(
+            merge_layer(half, layer(0b10, 0.5)),
+            [layer(0b10, 0.5), layer(0b01, near)]
+        );
         // A farther one behind it changes nothing; beside it, it moves the part away.
-        assert_eq!(merged_depth(near, 0b11, far, 0b01), near);
-        assert_eq!(merged_depth(near, 0b11, far, 0b110), far);
+        let front = merge_layer([EMPTY, EMPTY], layer(0b11, near));
+        assert_eq!(merge_layer(front, layer(0b01, far)), front);
+        assert_eq!(
+            merge_layer(front, layer(0b110, far)),
+            [layer(0b100, far), layer(0b11, near)]
+        );
+    }
+
+    #[test]
+    fn of_three_layers_the_two_closest_become_one_at_the_farther_depth() {
+        // Distances 10, 2 and 1.
+        let two = merge_layer(
+            merge_layer([EMPTY, EMPTY], layer(0b1, 0.1)),
+            layer(0b10, 0.5),
+        );
+        assert_eq!(
+            merge_layer(two, layer(0b100, 1.0)),
+            [layer(0b1, 0.1), layer(0b110, 0.5)]
+        );
+        // Distances 10, 9 and 1.
+        let two = merge_layer(
+            merge_layer([EMPTY, EMPTY], layer(0b1, 0.1)),
+            layer(0b10, 1.0 / 9.0),
+        );
+        assert_eq!(
+            merge_layer(two, layer(0b100, 1.0)),
+            [layer(0b11, 0.1), layer(0b100, 1.0)]
+        );
+    }
+
+    #[test]
+    fn no_order_of_merging_puts_a_part_nearer_than_a_sample() {
+        // Every sequence of four surfaces over three samples, each at one of three depths.
+        let surfaces: Vec<Layer> = (1..8)
+            .flat_map(|samples| [0.25, 0.5, 0.75].map(|depth| layer(samples, depth)))
+            .collect();
+        let count = surfaces.len();
+        for sequence in 0..count.pow(4) {
+            let mut part = [EMPTY, EMPTY];
+            let mut exact = [f32::NEG_INFINITY; 3];
+            for step in 0..4 {
+                let surface = surfaces[sequence / count.pow(step) % count];
+                part = merge_layer(part, surface);
+                for (bit, depth) in exact.iter_mut().enumerate() {
+                    if surface.samples >> bit & 1 == 1 {
+                        *depth = depth.max(surface.depth);
+                    }
+                }
+            }
+            let [far, near] = part;
+            assert_eq!(far.samples & near.samples, 0);
+            assert!(near.samples == 0 || far.samples != 0 && far.depth <= near.depth);
+            for (bit, depth) in exact.into_iter().enumerate() {
+                let of = |l: Layer| (l.samples >> bit & 1 == 1).then_some(l.depth);
+                let bound = of(far).or(of(near));
+                assert_eq!(bound.is_some(), depth > f32::NEG_INFINITY);
+                assert!(bound.is_none_or(|b| b <= depth));
+            }
+        }
     }
 }

@@ -20,7 +20,7 @@ use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
 use crate::occluders::{Budget, nearest_first, occluder_mesh, occluder_triangles, occludes};
-use crate::occlusion::{Accuracy, OcclusionBuffer};
+use crate::occlusion::{Accuracy, Footprint, OcclusionBuffer};
 use crate::raster::ObjectAssembler;
 use crate::scene::Scene;
 use crate::view::{Camera, Frustum, PictureSize};
@@ -208,21 +208,27 @@ fn draw_occluders(
     let mut hidden = vec![false; scene.objects().len()];
     let mut drawn = Vec::new();
     for batch in candidates.chunks(OBJECTS_PER_BATCH) {
-        let answers: Vec<bool> = batch
+        let answers: Vec<(bool, bool)> = batch
             .par_iter()
             .map(|&object| {
-                buffer
-                    .test_aabb(&scene.bounds()[object as usize])
-                    .is_hidden()
+                let footprint = buffer
+                    .screen()
+                    .footprint_of_aabb(&scene.bounds()[object as usize]);
+                // From inside an object, or cut open by the near plane, its surface does not hide its proxy.
+                let is_whole = footprint != Footprint::Unbounded
+                    || scene.objects()[object as usize].occluder_proxy.is_none();
+                (buffer.test(footprint).is_hidden(), is_whole)
             })
             .collect();
         statistics.occluders_asked += batch.len() as u64;
         let mut to_draw = Vec::with_capacity(batch.len());
         let mut spent = false;
-        for (&object, is_hidden) in batch.iter().zip(answers) {
+        for (&object, (is_hidden, is_whole)) in batch.iter().zip(answers) {
             let cost = occluder_triangles(scene, &scene.objects()[object as usize]);
             if is_hidden {
                 hidden[object as usize] = true;
+            } else if !is_whole {
+                // Its own mesh may be far beyond any budget: that is what it has a proxy for.
             } else if settings.budget.allows(statistics.occluder_triangles + cost) {
                 statistics.occluder_triangles += cost;
                 to_draw.push(object);

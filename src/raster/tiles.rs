@@ -1,8 +1,10 @@
 //! The tile buffer: coverage and depth of the occluders drawn so far.
 
+use std::ops::Range;
+
 use antumbra_simd::PARTS_PER_TILE;
 use antumbra_simd::coverage::rectangle_mask;
-use antumbra_simd::tile::{UNCOVERED, merge};
+use antumbra_simd::tile::{NearLayers, UNCOVERED, merge};
 use antumbra_simd::triangle::Triangle;
 use rayon::prelude::*;
 
@@ -22,6 +24,7 @@ pub struct TileBuffer {
     size: PictureSize,
     coverage: Vec<u64>,
     depths: Vec<[f32; PARTS_PER_TILE]>,
+    near: Vec<NearLayers>,
 }
 
 impl TileBuffer {
@@ -32,6 +35,7 @@ impl TileBuffer {
             size,
             coverage: vec![0; tiles],
             depths: vec![[UNCOVERED; PARTS_PER_TILE]; tiles],
+            near: vec![NearLayers::EMPTY; tiles],
         }
     }
 
@@ -39,6 +43,7 @@ impl TileBuffer {
     pub fn clear(&mut self) {
         self.coverage.fill(0);
         self.depths.fill([UNCOVERED; PARTS_PER_TILE]);
+        self.near.fill(NearLayers::EMPTY);
     }
 
     /// The picture's size.
@@ -71,26 +76,40 @@ impl TileBuffer {
     /// Fills triangles in order. The extents of all must lie within the picture.
     pub fn fill(&mut self, triangles: &[Triangle]) {
         let across = self.size.tiles_across();
-        let band_tiles = across * ROWS_PER_BAND;
-        let fill_band =
-            |(band, (coverage, depths)): (usize, (&mut [u64], &mut [[f32; PARTS_PER_TILE]]))| {
-                let first_row = band * ROWS_PER_BAND;
-                let rows = first_row as i32..(first_row + coverage.len() / across) as i32;
-                fill_rows(triangles, rows, across, coverage, depths);
-            };
-        if triangles.len() < FEWEST_TO_SHARE || rayon::current_num_threads() == 1 {
-            let rows = 0..self.size.tiles_down() as i32;
-            fill_rows(
-                triangles,
-                rows,
-                across,
-                &mut self.coverage,
-                &mut self.depths,
-            );
+        let serial = triangles.len() < FEWEST_TO_SHARE || rayon::current_num_threads() == 1;
+        let rows = if serial {
+            self.size.tiles_down()
         } else {
-            self.coverage
-                .par_chunks_mut(band_tiles)
-                .zip(self.depths.par_chunks_mut(band_tiles))
+            ROWS_PER_BAND
+        };
+        let fill_band = |(index, mut band): (usize, Band<'_>)| {
+            let first = index * rows;
+            let last = first + band.coverage.len() / across;
+            band.fill(triangles, first as i32..last as i32, across);
+        };
+        let tiles = rows * across;
+        if serial {
+            let (coverage, depths, near) = (&mut self.coverage, &mut self.depths, &mut self.near);
+            fill_band((
+                0,
+                Band {
+                    coverage,
+                    depths,
+                    near,
+                },
+            ));
+        } else {
+            let bands = self
+                .coverage
+                .par_chunks_mut(tiles)
+                .zip(self.depths.par_chunks_mut(tiles));
+            bands
+                .zip(self.near.par_chunks_mut(tiles))
+                .map(|((coverage, depths), near)| Band {
+                    coverage,
+                    depths,
+                    near,
+                })
                 .enumerate()
                 .for_each(fill_band);
         }
@@ -112,24 +131,29 @@ impl TileBuffer {
     }
 }
 
-fn fill_rows(
-    triangles: &[Triangle],
-    rows: std::ops::Range<i32>,
-    across: usize,
-    coverage: &mut [u64],
-    depths: &mut [[f32; PARTS_PER_TILE]],
-) {
-    for triangle in triangles {
-        for_each_tile(triangle, rows.clone(), |tile_x, tile_y, mask| {
-            let tile = (tile_y - rows.start) as usize * across + tile_x as usize;
-            merge(
-                &mut coverage[tile],
-                &mut depths[tile],
-                mask,
-                triangle,
-                tile_x,
-                tile_y,
-            );
-        });
+/// Some rows of tiles.
+struct Band<'a> {
+    coverage: &'a mut [u64],
+    depths: &'a mut [[f32; PARTS_PER_TILE]],
+    near: &'a mut [NearLayers],
+}
+
+impl Band<'_> {
+    fn fill(&mut self, triangles: &[Triangle], rows: Range<i32>, across: usize) {
+        for triangle in triangles {
+            for_each_tile(triangle, rows.clone(), |tile_x, tile_y, mask| {
+                let tile = (tile_y - rows.start) as usize * across + tile_x as usize;
+                let (coverage, depths) = (&mut self.coverage[tile], &mut self.depths[tile]);
+                merge(
+                    coverage,
+                    depths,
+                    &mut self.near[tile],
+                    mask,
+                    triangle,
+                    tile_x,
+                    tile_y,
+                );
+            });
+        }
     }
 }

@@ -28,21 +28,33 @@ pub struct Aabb {
 
 impl Aabb {
     /// The box that holds nothing, and that [`Aabb::union`] leaves out.
-    pub const EMPTY: Aabb = Aabb { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
+    pub const EMPTY: Aabb = Aabb {
+        min: DVec3::INFINITY,
+        max: DVec3::NEG_INFINITY,
+    };
 
     /// The smallest box around some points.
     pub fn around(points: impl IntoIterator<Item = DVec3>) -> Aabb {
-        points.into_iter().fold(Aabb::EMPTY, |b, p| Aabb { min: b.min.min(p), max: b.max.max(p) })
+        points.into_iter().fold(Aabb::EMPTY, |b, p| Aabb {
+            min: b.min.min(p),
+            max: b.max.max(p),
+        })
     }
 
     /// The smallest box around two boxes.
     pub fn union(self, other: Aabb) -> Aabb {
-        Aabb { min: self.min.min(other.min), max: self.max.max(other.max) }
+        Aabb {
+            min: self.min.min(other.min),
+            max: self.max.max(other.max),
+        }
     }
 
     /// The box with every face moved outwards by `distance`.
     pub fn grown(self, distance: f64) -> Aabb {
-        Aabb { min: self.min - DVec3::splat(distance), max: self.max + DVec3::splat(distance) }
+        Aabb {
+            min: self.min - DVec3::splat(distance),
+            max: self.max + DVec3::splat(distance),
+        }
     }
 
     /// The middle of the box.
@@ -102,10 +114,21 @@ fn point(position: [f32; 3]) -> DVec3 {
 impl MeshExtent {
     fn of(mesh: &Mesh) -> MeshExtent {
         let mut is_used = vec![false; mesh.positions.len()];
-        mesh.triangles.iter().flatten().for_each(|&i| is_used[i as usize] = true);
-        let used = (!is_used.iter().all(|&u| u))
-            .then(|| (0..).zip(&is_used).filter_map(|(i, &used)| used.then_some(i)).collect());
-        let mut extent = MeshExtent { local: Aabb::EMPTY, used, by_corners: false };
+        mesh.triangles
+            .iter()
+            .flatten()
+            .for_each(|&i| is_used[i as usize] = true);
+        let used = (!is_used.iter().all(|&u| u)).then(|| {
+            (0..)
+                .zip(&is_used)
+                .filter_map(|(i, &used)| used.then_some(i))
+                .collect()
+        });
+        let mut extent = MeshExtent {
+            local: Aabb::EMPTY,
+            used,
+            by_corners: false,
+        };
         extent.local = extent.fold(mesh, |p| p);
         extent
     }
@@ -117,13 +140,20 @@ impl MeshExtent {
     fn fold(&self, mesh: &Mesh, place: impl Fn(DVec3) -> DVec3) -> Aabb {
         match &self.used {
             None => Aabb::around(mesh.positions.iter().map(|&p| place(point(p)))),
-            Some(used) => Aabb::around(used.iter().map(|&i| place(point(mesh.positions[i as usize])))),
+            Some(used) => Aabb::around(
+                used.iter()
+                    .map(|&i| place(point(mesh.positions[i as usize]))),
+            ),
         }
     }
 
     fn world_box(&self, mesh: &Mesh, world_from_local: &DAffine3) -> Aabb {
         let exact = if self.by_corners {
-            Aabb::around(self.local.corners().map(|c| world_from_local.transform_point3(c)))
+            Aabb::around(
+                self.local
+                    .corners()
+                    .map(|c| world_from_local.transform_point3(c)),
+            )
         } else {
             self.fold(mesh, |p| world_from_local.transform_point3(p))
         };
@@ -142,14 +172,27 @@ pub(super) fn world_boxes(meshes: &[Mesh], objects: &[Object]) -> Result<Vec<Aab
     let mut extents: Vec<MeshExtent> = meshes.par_iter().map(MeshExtent::of).collect();
     let mut placed = vec![0u64; meshes.len()];
     objects.iter().for_each(|o| placed[o.mesh] += 1);
-    let transforms: Vec<u64> =
-        placed.iter().zip(meshes).zip(&extents).map(|((&n, m), e)| n.saturating_mul(e.vertex_count(m))).collect();
-    if transforms.iter().fold(0, |sum: u64, &t| sum.saturating_add(t)) > TRANSFORMS {
+    let transforms: Vec<u64> = placed
+        .iter()
+        .zip(meshes)
+        .zip(&extents)
+        .map(|((&n, m), e)| n.saturating_mul(e.vertex_count(m)))
+        .collect();
+    if transforms
+        .iter()
+        .fold(0, |sum: u64, &t| sum.saturating_add(t))
+        > TRANSFORMS
+    {
         let fair_share = TRANSFORMS / meshes.len() as u64;
-        extents.iter_mut().zip(&transforms).for_each(|(e, &t)| e.by_corners = t > fair_share);
+        extents
+            .iter_mut()
+            .zip(&transforms)
+            .for_each(|(e, &t)| e.by_corners = t > fair_share);
     }
-    let boxes: Vec<Aabb> =
-        objects.par_iter().map(|o| extents[o.mesh].world_box(&meshes[o.mesh], &o.world_from_local)).collect();
+    let boxes: Vec<Aabb> = objects
+        .par_iter()
+        .map(|o| extents[o.mesh].world_box(&meshes[o.mesh], &o.world_from_local))
+        .collect();
     for (i, (bounds, object)) in boxes.iter().zip(objects).enumerate() {
         let farthest = bounds.min.abs().max(bounds.max.abs()).max_element();
         // Written so that a NaN fails.

@@ -35,7 +35,12 @@ pub struct BvhNode {
 }
 
 impl BvhNode {
-    const UNSET: BvhNode = BvhNode { min: [f32::INFINITY; 3], max: [f32::NEG_INFINITY; 3], first: 0, count: 0 };
+    const UNSET: BvhNode = BvhNode {
+        min: [f32::INFINITY; 3],
+        max: [f32::NEG_INFINITY; 3],
+        first: 0,
+        count: 0,
+    };
 
     /// Whether the node holds objects rather than children.
     pub fn is_leaf(&self) -> bool {
@@ -44,7 +49,10 @@ impl BvhNode {
 
     /// The node's box, exactly, in f64.
     pub fn bounds(&self) -> Aabb {
-        Aabb { min: DVec3::from(self.min.map(f64::from)), max: DVec3::from(self.max.map(f64::from)) }
+        Aabb {
+            min: DVec3::from(self.min.map(f64::from)),
+            max: DVec3::from(self.max.map(f64::from)),
+        }
     }
 
     fn include(&mut self, min: [f32; 3], max: [f32; 3]) {
@@ -67,7 +75,11 @@ pub struct Bvh {
 /// The largest f32 that is not above `x`.
 fn round_down(x: f64) -> f32 {
     let nearest = x as f32;
-    if f64::from(nearest) > x { nearest.next_down() } else { nearest }
+    if f64::from(nearest) > x {
+        nearest.next_down()
+    } else {
+        nearest
+    }
 }
 
 /// The smallest f32 that is not below `x`.
@@ -96,10 +108,13 @@ fn unit_boxes(bounds: &[Aabb]) -> Vec<obvhs::aabb::Aabb> {
         let to_unit = |p: DVec3| Vec3A::from(((p - world.min) * scale).as_vec3());
         let (min, max) = (to_unit(b.min), to_unit(b.max));
         // A sixty-fourth of the box at most: it loses little. The constant is for boxes that are points.
-        let slack =
-            (max - min) * (1.0 / 64.0) + Vec3A::splat((max - min).max_element() / 256.0 + 1.0 / (1 << 20) as f32);
+        let slack = (max - min) * (1.0 / 64.0)
+            + Vec3A::splat((max - min).max_element() / 256.0 + 1.0 / (1 << 20) as f32);
         let [a, b, c, d, e, f] = tie_breakers(index);
-        obvhs::aabb::Aabb::new(min - slack * Vec3A::new(a, b, c), max + slack * Vec3A::new(d, e, f))
+        obvhs::aabb::Aabb::new(
+            min - slack * Vec3A::new(a, b, c),
+            max + slack * Vec3A::new(d, e, f),
+        )
     };
     bounds.iter().enumerate().map(unit_box).collect()
 }
@@ -112,9 +127,17 @@ impl Bvh {
         }
         let indices: Vec<u32> = (0..bounds.len() as u32).collect();
         // No threads inside: the same tree on any machine. 10,000 objects take 3 ms.
-        let tree =
-            PlocBuilder::new().build(PlocSearchDistance::Medium, &unit_boxes(bounds), indices, SortPrecision::U64, 0);
-        let mut bvh = Bvh { nodes: vec![BvhNode::UNSET], objects: Vec::with_capacity(bounds.len()) };
+        let tree = PlocBuilder::new().build(
+            PlocSearchDistance::Medium,
+            &unit_boxes(bounds),
+            indices,
+            SortPrecision::U64,
+            0,
+        );
+        let mut bvh = Bvh {
+            nodes: vec![BvhNode::UNSET],
+            objects: Vec::with_capacity(bounds.len()),
+        };
         bvh.nodes.reserve_exact(tree.nodes.len() - 1);
         let mut to_copy = vec![(0usize, 0usize)];
         while let Some((from, to)) = to_copy.pop() {
@@ -123,7 +146,8 @@ impl Bvh {
             if node.is_leaf() {
                 bvh.nodes[to].first = bvh.objects.len() as u32;
                 bvh.nodes[to].count = node.prim_count;
-                bvh.objects.extend_from_slice(&tree.primitive_indices[first..first + count]);
+                bvh.objects
+                    .extend_from_slice(&tree.primitive_indices[first..first + count]);
             } else {
                 let pair = bvh.nodes.len();
                 bvh.nodes[to].first = pair as u32;
@@ -138,12 +162,19 @@ impl Bvh {
     /// Gives every node the smallest f32 box that holds what is below it.
     fn fit(&mut self, bounds: &[Aabb]) {
         for i in (0..self.nodes.len()).rev() {
-            let mut node = BvhNode { first: self.nodes[i].first, count: self.nodes[i].count, ..BvhNode::UNSET };
+            let mut node = BvhNode {
+                first: self.nodes[i].first,
+                count: self.nodes[i].count,
+                ..BvhNode::UNSET
+            };
             let first = node.first as usize;
             if node.is_leaf() {
                 for &object in &self.objects[first..first + node.count as usize] {
                     let b = bounds[object as usize];
-                    node.include(b.min.to_array().map(round_down), b.max.to_array().map(round_up));
+                    node.include(
+                        b.min.to_array().map(round_down),
+                        b.max.to_array().map(round_up),
+                    );
                 }
             } else {
                 for child in [self.nodes[first], self.nodes[first + 1]] {
@@ -158,7 +189,10 @@ impl Bvh {
     /// traversal that keeps the sibling on a stack needs at most that many places.
     pub fn depth(&self) -> usize {
         let mut depth_of = vec![1; self.nodes.len()];
-        for i in (0..self.nodes.len()).rev().filter(|&i| !self.nodes[i].is_leaf()) {
+        for i in (0..self.nodes.len())
+            .rev()
+            .filter(|&i| !self.nodes[i].is_leaf())
+        {
             let first = self.nodes[i].first as usize;
             depth_of[i] = 1 + depth_of[first].max(depth_of[first + 1]);
         }
@@ -182,9 +216,14 @@ impl Bvh {
             let node = self.nodes[i];
             let (first, count) = (node.first as usize, node.count as usize);
             if node.is_leaf() {
-                let objects = self.objects.get(first..first + count).ok_or(format!("leaf {i} is out of range"))?;
+                let objects = self
+                    .objects
+                    .get(first..first + count)
+                    .ok_or(format!("leaf {i} is out of range"))?;
                 for &object in objects {
-                    let of_object = *bounds.get(object as usize).ok_or(format!("leaf {i}: no object {object}"))?;
+                    let of_object = *bounds
+                        .get(object as usize)
+                        .ok_or(format!("leaf {i}: no object {object}"))?;
                     if std::mem::replace(&mut seen[object as usize], true) {
                         return Err(format!("object {object} is in two leaves"));
                     }
@@ -207,7 +246,10 @@ impl Bvh {
                 to_visit.push(child);
             }
         }
-        match (seen.iter().position(|s| !s), reached.iter().position(|r| !r)) {
+        match (
+            seen.iter().position(|s| !s),
+            reached.iter().position(|r| !r),
+        ) {
             (Some(object), _) => Err(format!("object {object} is in no leaf")),
             (_, Some(node)) => Err(format!("node {node} has no parent")),
             _ => Ok(()),

@@ -77,7 +77,10 @@ pub enum SceneError {
         cause: String,
     },
     /// Nothing to see: no object has a triangle.
-    #[error("{}the scene has no triangles; give a scene that places at least one mesh with triangles", place(file))]
+    #[error(
+        "{}the scene has no triangles; give a scene that places at least one mesh with triangles",
+        place(file)
+    )]
     NoTriangles {
         /// The file, if it came from one.
         file: Option<PathBuf>,
@@ -85,7 +88,8 @@ pub enum SceneError {
 }
 
 fn place(file: &Option<PathBuf>) -> String {
-    file.as_ref().map_or_else(String::new, |f| format!("{}: ", f.display()))
+    file.as_ref()
+        .map_or_else(String::new, |f| format!("{}: ", f.display()))
 }
 
 impl SceneError {
@@ -143,23 +147,49 @@ impl Fault {
     }
 
     /// Something in the file cannot be, and there is a better remedy than to export it again.
-    pub(super) fn damaged_so(object: impl fmt::Display, cause: impl fmt::Display, remedy: &'static str) -> Fault {
-        Fault { object: object.to_string(), kind: FaultKind::Damaged { cause: cause.to_string(), remedy } }
+    pub(super) fn damaged_so(
+        object: impl fmt::Display,
+        cause: impl fmt::Display,
+        remedy: &'static str,
+    ) -> Fault {
+        Fault {
+            object: object.to_string(),
+            kind: FaultKind::Damaged {
+                cause: cause.to_string(),
+                remedy,
+            },
+        }
     }
 
     /// Something in the file is not built in.
-    pub(super) fn unsupported(object: impl fmt::Display, cause: impl fmt::Display, remedy: &'static str) -> Fault {
-        Fault { object: object.to_string(), kind: FaultKind::Unsupported { cause: cause.to_string(), remedy } }
+    pub(super) fn unsupported(
+        object: impl fmt::Display,
+        cause: impl fmt::Display,
+        remedy: &'static str,
+    ) -> Fault {
+        Fault {
+            object: object.to_string(),
+            kind: FaultKind::Unsupported {
+                cause: cause.to_string(),
+                remedy,
+            },
+        }
     }
 
     /// Something in the file is out of proportion to it.
     pub(super) fn too_large(object: impl fmt::Display, needed: u64, limit: u64) -> Fault {
-        Fault { object: object.to_string(), kind: FaultKind::TooLarge { needed, limit } }
+        Fault {
+            object: object.to_string(),
+            kind: FaultKind::TooLarge { needed, limit },
+        }
     }
 
     /// Nothing in the file can be seen.
     pub(super) fn no_triangles() -> Fault {
-        Fault { object: String::new(), kind: FaultKind::NoTriangles }
+        Fault {
+            object: String::new(),
+            kind: FaultKind::NoTriangles,
+        }
     }
 
     /// The same fault, seen from one step further out.
@@ -172,13 +202,24 @@ impl Fault {
     pub(super) fn in_file(self, path: &Path) -> SceneError {
         let (file, object) = (path.to_path_buf(), self.object);
         match self.kind {
-            FaultKind::Damaged { cause, remedy } => {
-                SceneError::Damaged { file, object, cause, remedy: remedy.to_owned() }
-            }
-            FaultKind::Unsupported { cause, remedy } => {
-                SceneError::Unsupported { file, object, cause, remedy: remedy.to_owned() }
-            }
-            FaultKind::TooLarge { needed, limit } => SceneError::TooLarge { file, object, needed, limit },
+            FaultKind::Damaged { cause, remedy } => SceneError::Damaged {
+                file,
+                object,
+                cause,
+                remedy: remedy.to_owned(),
+            },
+            FaultKind::Unsupported { cause, remedy } => SceneError::Unsupported {
+                file,
+                object,
+                cause,
+                remedy: remedy.to_owned(),
+            },
+            FaultKind::TooLarge { needed, limit } => SceneError::TooLarge {
+                file,
+                object,
+                needed,
+                limit,
+            },
             FaultKind::NoTriangles => SceneError::NoTriangles { file: Some(file) },
         }
     }
@@ -201,6 +242,11 @@ mod tests {
     fn an_error_made_in_memory_names_no_file_until_it_has_one() {
         let error = SceneError::NoTriangles { file: None };
         assert!(error.to_string().starts_with("the scene has no triangles"));
-        assert!(error.in_file(Path::new("a.obj")).to_string().starts_with("a.obj: the scene has no triangles"));
+        assert!(
+            error
+                .in_file(Path::new("a.obj"))
+                .to_string()
+                .starts_with("a.obj: the scene has no triangles")
+        );
     }
 }

@@ -36,7 +36,11 @@ impl LoadBudget {
     /// Takes `bytes`, or says that `what` is out of proportion.
     pub(super) fn reserve(&self, bytes: u64, what: impl fmt::Display) -> Result<(), Fault> {
         let needed = self.reserved.get().saturating_add(bytes);
-        let limit = self.input.get().saturating_mul(PER_INPUT_BYTE).saturating_add(ALLOWANCE);
+        let limit = self
+            .input
+            .get()
+            .saturating_mul(PER_INPUT_BYTE)
+            .saturating_add(ALLOWANCE);
         if needed > limit {
             return Err(Fault::too_large(what, needed, limit));
         }

@@ -53,7 +53,11 @@ pub struct Material {
 
 impl Default for Material {
     fn default() -> Self {
-        Material { alpha: Alpha::Opaque, double_sided: false, color: [1.0; 4] }
+        Material {
+            alpha: Alpha::Opaque,
+            double_sided: false,
+            color: [1.0; 4],
+        }
     }
 }
 
@@ -93,7 +97,9 @@ pub struct Object {
     /// Never drawn as an occluder.
     pub never_occlude: bool,
     /// A mesh to draw in place of the object's own when it is an occluder, in the same local coordinates. Culling is
-    /// exact only if the proxy lies inside the opaque object.
+    /// exact only if the proxy lies inside the object, whose surface is opaque and closed, and so deep that snapping
+    /// (1/256 of a pixel) does not bring its outline out. It is left out where the object's box reaches the near plane:
+    /// seen from inside, the surface does not hide it.
     pub occluder_proxy: Option<usize>,
 }
 
@@ -133,14 +139,22 @@ pub struct Scene {
 }
 
 /// What reads one kind of file: its bytes and the folder it lies in become meshes and objects.
-type Loader = fn(Vec<u8>, &Path, &LoadBudget, &mut Warnings) -> Result<(Vec<Mesh>, Vec<Object>), error::Fault>;
+type Loader = fn(
+    Vec<u8>,
+    &Path,
+    &LoadBudget,
+    &mut Warnings,
+) -> Result<(Vec<Mesh>, Vec<Object>), error::Fault>;
 
 /// A regular file's bytes, `at_most` so many. Devices and pipes are refused: they need not end.
 fn read_file(path: &Path, at_most: u64) -> std::io::Result<Vec<u8>> {
     let file = File::open(path)?;
     let metadata = file.metadata()?;
     if !metadata.is_file() {
-        return Err(std::io::Error::new(std::io::ErrorKind::InvalidInput, "it is not a regular file"));
+        return Err(std::io::Error::new(
+            std::io::ErrorKind::InvalidInput,
+            "it is not a regular file",
+        ));
     }
     let mut bytes = Vec::new();
     bytes.try_reserve_exact(metadata.len().min(at_most).try_into().unwrap_or(usize::MAX))?;
@@ -168,18 +182,30 @@ impl Scene {
     /// If the file cannot be read, is not of a known kind, is damaged, asks for an extension that is not built in, or
     /// holds no triangle. The error names the file, the object and the cause.
     pub fn load(path: &Path) -> Result<Scene, SceneError> {
-        let unreadable = |source| SceneError::Read { file: path.to_path_buf(), source };
-        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+        let unreadable = |source| SceneError::Read {
+            file: path.to_path_buf(),
+            source,
+        };
+        let extension = path
+            .extension()
+            .and_then(|e| e.to_str())
+            .unwrap_or_default()
+            .to_ascii_lowercase();
         let read: Loader = match extension.as_str() {
             "glb" | "gltf" => gltf::read,
             "obj" => obj::read,
-            _ => return Err(SceneError::UnknownKind { file: path.to_path_buf() }),
+            _ => {
+                return Err(SceneError::UnknownKind {
+                    file: path.to_path_buf(),
+                });
+            }
         };
         let bytes = read_file(path, u64::MAX).map_err(unreadable)?;
         let (budget, mut warnings) = (LoadBudget::default(), Warnings::default());
         budget.has_read(bytes.len() as u64);
         let folder = path.parent().unwrap_or(Path::new(""));
-        let (meshes, objects) = read(bytes, folder, &budget, &mut warnings).map_err(|fault| fault.in_file(path))?;
+        let (meshes, objects) =
+            read(bytes, folder, &budget, &mut warnings).map_err(|fault| fault.in_file(path))?;
         let mut scene = Scene::new(meshes, objects).map_err(|error| error.in_file(path))?;
         scene.warnings = warnings.into_sentences();
         Ok(scene)
@@ -195,7 +221,13 @@ impl Scene {
         validate::check(&meshes, &objects)?;
         let bounds = bounds::world_boxes(&meshes, &objects)?;
         let bvh = Bvh::over(&bounds);
-        Ok(Scene { meshes, objects, bounds, bvh, warnings: Vec::new() })
+        Ok(Scene {
+            meshes,
+            objects,
+            bounds,
+            bvh,
+            warnings: Vec::new(),
+        })
     }
 
     /// The meshes, each stored once.
@@ -226,6 +258,9 @@ impl Scene {
 
     /// The triangles of all objects, a shared mesh counted once for each object that places it.
     pub fn triangle_count(&self) -> u64 {
-        self.objects.iter().map(|o| self.meshes[o.mesh].triangles.len() as u64).sum()
+        self.objects
+            .iter()
+            .map(|o| self.meshes[o.mesh].triangles.len() as u64)
+            .sum()
     }
 }

@@ -10,15 +10,29 @@ use super::{Mesh, Object, SceneError};
 pub const MAX_COORDINATE: f64 = (1u128 << 100) as f64;
 
 fn invalid(object: String, cause: String) -> SceneError {
-    SceneError::Invalid { file: None, object, cause }
+    SceneError::Invalid {
+        file: None,
+        object,
+        cause,
+    }
 }
 
 pub(super) fn mesh_label(index: usize, mesh: &Mesh) -> String {
-    Label { kind: "mesh", index, name: &mesh.name }.to_string()
+    Label {
+        kind: "mesh",
+        index,
+        name: &mesh.name,
+    }
+    .to_string()
 }
 
 pub(super) fn object_label(index: usize, object: &Object) -> String {
-    Label { kind: "object", index, name: &object.name }.to_string()
+    Label {
+        kind: "object",
+        index,
+        name: &object.name,
+    }
+    .to_string()
 }
 
 /// Everything that can be checked without a vertex transformed.
@@ -27,7 +41,10 @@ pub(super) fn check(meshes: &[Mesh], objects: &[Object]) -> Result<(), SceneErro
         check_mesh(mesh).map_err(|cause| invalid(mesh_label(i, mesh), cause))?;
     }
     if objects.len() > (u32::MAX / 2) as usize {
-        return Err(invalid(format!("{} objects", objects.len()), "more than 32-bit indices can hold".to_owned()));
+        return Err(invalid(
+            format!("{} objects", objects.len()),
+            "more than 32-bit indices can hold".to_owned(),
+        ));
     }
     let mut any_triangle = false;
     for (i, object) in objects.iter().enumerate() {
@@ -38,12 +55,17 @@ pub(super) fn check(meshes: &[Mesh], objects: &[Object]) -> Result<(), SceneErro
         return Err(SceneError::NoTriangles { file: None });
     }
     // Said last, so that a scene of nothing but empty objects is called what it is.
-    match objects.iter().enumerate().find(|(_, o)| meshes[o.mesh].triangles.is_empty()) {
+    match objects
+        .iter()
+        .enumerate()
+        .find(|(_, o)| meshes[o.mesh].triangles.is_empty())
+    {
         Some((i, o)) => Err(invalid(
             object_label(i, o),
-            format!("{} has no triangles, so the object has no place in the world; leave it out", {
-                mesh_label(o.mesh, &meshes[o.mesh])
-            }),
+            format!(
+                "{} has no triangles, so the object has no place in the world; leave it out",
+                { mesh_label(o.mesh, &meshes[o.mesh]) }
+            ),
         )),
         None => Ok(()),
     }
@@ -52,10 +74,19 @@ pub(super) fn check(meshes: &[Mesh], objects: &[Object]) -> Result<(), SceneErro
 fn check_mesh(mesh: &Mesh) -> Result<(), String> {
     let vertices = mesh.positions.len();
     if vertices > u32::MAX as usize {
-        return Err(format!("{vertices} vertices are more than 32-bit indices can hold; split the mesh"));
+        return Err(format!(
+            "{vertices} vertices are more than 32-bit indices can hold; split the mesh"
+        ));
     }
-    if let Some(v) = mesh.positions.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
-        return Err(format!("vertex {v} has a position that is not finite: {:?}", mesh.positions[v]));
+    if let Some(v) = mesh
+        .positions
+        .iter()
+        .position(|p| !p.iter().all(|c| c.is_finite()))
+    {
+        return Err(format!(
+            "vertex {v} has a position that is not finite: {:?}",
+            mesh.positions[v]
+        ));
     }
     // A branch-free maximum first: only a mesh that fails is searched for the triangle to blame.
     let highest = mesh.triangles.iter().flatten().copied().max();
@@ -77,19 +108,31 @@ fn check_mesh(mesh: &Mesh) -> Result<(), String> {
         }
         covered = surface.triangles.end;
         if !surface.material.color.iter().all(|c| c.is_finite()) {
-            return Err(format!("surface {s} has a colour that is not finite: {:?}", surface.material.color));
+            return Err(format!(
+                "surface {s} has a colour that is not finite: {:?}",
+                surface.material.color
+            ));
         }
     }
     if covered != mesh.triangles.len() {
-        return Err(format!("its surfaces end at triangle {covered}, but it has {}", mesh.triangles.len()));
+        return Err(format!(
+            "its surfaces end at triangle {covered}, but it has {}",
+            mesh.triangles.len()
+        ));
     }
     Ok(())
 }
 
 fn check_object(object: &Object, meshes: &[Mesh]) -> Result<(), String> {
-    for (what, index) in [("mesh", Some(object.mesh)), ("occluder proxy", object.occluder_proxy)] {
+    for (what, index) in [
+        ("mesh", Some(object.mesh)),
+        ("occluder proxy", object.occluder_proxy),
+    ] {
         if let Some(index) = index.filter(|&i| i >= meshes.len()) {
-            return Err(format!("its {what} is mesh {index}, but there are {}", meshes.len()));
+            return Err(format!(
+                "its {what} is mesh {index}, but there are {}",
+                meshes.len()
+            ));
         }
     }
     let matrix = object.world_from_local.to_cols_array();
@@ -97,7 +140,9 @@ fn check_object(object: &Object, meshes: &[Mesh]) -> Result<(), String> {
         return Err(format!("its matrix is not finite: {matrix:?}"));
     }
     if let Some(m) = matrix.iter().find(|m| m.abs() > MAX_COORDINATE) {
-        return Err(format!("its matrix has an entry of {m:e}, beyond {MAX_COORDINATE:e}; scale the scene down"));
+        return Err(format!(
+            "its matrix has an entry of {m:e}, beyond {MAX_COORDINATE:e}; scale the scene down"
+        ));
     }
     Ok(())
 }

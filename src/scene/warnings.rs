@@ -39,6 +39,9 @@ mod tests {
         warnings.note("draws lines", "mesh 1");
         warnings.note("draws points", "mesh 2");
         warnings.note("draws lines", "mesh 3");
-        assert_eq!(warnings.into_sentences(), ["mesh 1 and 1 more: draws lines", "mesh 2: draws points"]);
+        assert_eq!(
+            warnings.into_sentences(),
+            ["mesh 1 and 1 more: draws lines", "mesh 2: draws points"]
+        );
     }
 }

@@ -90,6 +90,17 @@ pub fn cases(cases: u32) -> Config {
 pub struct Chance(pub u64);
 
 impl Chance {
+    /// The same on every run, unless `ANTUMBRA_TEST_SEED` is set: each value of it gives other cases.
+    pub fn seeded(seed: u64) -> Chance {
+        let other = std::env::var("ANTUMBRA_TEST_SEED").ok();
+        let other = other.map_or(0, |s| s.parse().expect("ANTUMBRA_TEST_SEED is a number"));
+        let mut mixed = Chance(seed);
+        if other != 0 {
+            mixed.0 = mixed.bits() ^ Chance(other).bits();
+        }
+        mixed
+    }
+
     pub fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;

@@ -14,7 +14,11 @@ pub struct Folder(PathBuf);
 impl Folder {
     pub fn new() -> Folder {
         static COUNT: AtomicUsize = AtomicUsize::new(0);
-        let unique = format!("antumbra-scene-{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
+        let unique = format!(
+            "antumbra-scene-{}-{}",
+            std::process::id(),
+            COUNT.fetch_add(1, Ordering::Relaxed)
+        );
         let path = std::env::temp_dir().join(unique);
         std::fs::create_dir_all(&path).expect("the temporary folder can be written");
         Folder(path)
@@ -26,7 +30,8 @@ impl Folder {
 
     pub fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
         let path = self.0.join(name);
-        std::fs::create_dir_all(path.parent().expect("inside the folder")).expect("the folder can be made");
+        std::fs::create_dir_all(path.parent().expect("inside the folder"))
+            .expect("the folder can be made");
         std::fs::write(&path, bytes).expect("the temporary folder can be written");
         path
     }
@@ -47,7 +52,9 @@ pub fn load(name: &str, bytes: impl AsRef<[u8]>) -> Result<Scene, SceneError> {
 /// The message of the error that loading ends in, which must name the file and each of `parts`.
 #[track_caller]
 pub fn assert_refused(name: &str, bytes: impl AsRef<[u8]>, parts: &[&str]) -> String {
-    let message = load(name, bytes).expect_err("the file should be refused").to_string();
+    let message = load(name, bytes)
+        .expect_err("the file should be refused")
+        .to_string();
     for part in [&[name], parts].concat() {
         assert!(message.contains(part), "{part:?} is missing in: {message}");
     }
@@ -74,7 +81,10 @@ impl Gltf {
             "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": []}], "nodes": [], "meshes": [],
             "accessors": [], "bufferViews": [], "buffers": [{"byteLength": 0}],
         });
-        Gltf { json, bin: Vec::new() }
+        Gltf {
+            json,
+            bin: Vec::new(),
+        }
     }
 
     /// A file that places one triangle, (0 0 0) (1 0 0) (0 1 0), with 16-bit indices.
@@ -97,7 +107,10 @@ impl Gltf {
         }
         let offset = self.bin.len();
         self.bin.extend(bytes);
-        self.push("bufferViews", json!({"buffer": 0, "byteOffset": offset, "byteLength": bytes.len()}))
+        self.push(
+            "bufferViews",
+            json!({"buffer": 0, "byteOffset": offset, "byteLength": bytes.len()}),
+        )
     }
 
     pub fn accessor(&mut self, bytes: &[u8], component: u32, element: &str, count: usize) -> usize {
@@ -120,7 +133,10 @@ impl Gltf {
             UNSIGNED_SHORT => 2,
             _ => 4,
         };
-        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()[..width].to_vec()).collect();
+        let bytes: Vec<u8> = values
+            .iter()
+            .flat_map(|v| v.to_le_bytes()[..width].to_vec())
+            .collect();
         self.accessor(&bytes, component, "SCALAR", values.len())
     }
 
@@ -135,7 +151,10 @@ impl Gltf {
     pub fn triangle_mesh(&mut self, name: &str) -> usize {
         let position = self.positions(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
         let indices = self.indices(UNSIGNED_SHORT, &[0, 1, 2]);
-        self.mesh(name, json!([{"attributes": {"POSITION": position}, "indices": indices}]))
+        self.mesh(
+            name,
+            json!([{"attributes": {"POSITION": position}, "indices": indices}]),
+        )
     }
 
     pub fn material(&mut self, value: Value) -> usize {
@@ -153,7 +172,10 @@ impl Gltf {
     /// A node at the root of the first scene.
     pub fn root(&mut self, value: Value) -> usize {
         let node = self.node(value);
-        self.json["scenes"][0]["nodes"].as_array_mut().expect("a list").push(json!(node));
+        self.json["scenes"][0]["nodes"]
+            .as_array_mut()
+            .expect("a list")
+            .push(json!(node));
         node
     }
 
@@ -194,5 +216,8 @@ pub fn glb(json: &[u8], bin: &[u8]) -> Vec<u8> {
 /// The corners of a mesh's triangles.
 pub fn corners(scene: &Scene, mesh: usize) -> Vec<[[f32; 3]; 3]> {
     let mesh = &scene.meshes()[mesh];
-    mesh.triangles.iter().map(|t| t.map(|i| mesh.positions[i as usize])).collect()
+    mesh.triangles
+        .iter()
+        .map(|t| t.map(|i| mesh.positions[i as usize]))
+        .collect()
 }

@@ -39,14 +39,23 @@ impl<'a> Buffers<'a> {
         budget: &'a LoadBudget,
     ) -> Buffers<'a> {
         let loaded = document.buffers.iter().map(|_| OnceCell::new()).collect();
-        Buffers { document, binary, folder, budget, loaded, files_read: RefCell::default() }
+        Buffers {
+            document,
+            binary,
+            folder,
+            budget,
+            loaded,
+            files_read: RefCell::default(),
+        }
     }
 
     /// The record of a view and its bytes.
     pub(super) fn view(&self, index: u32) -> Result<(&BufferView, &[u8])> {
         let view = lookup(&self.document.buffer_views, index, "buffer view")?;
         let name = || format!("buffer view {index}");
-        let buffer = self.buffer(view.buffer).map_err(|fault| fault.within(name()))?;
+        let buffer = self
+            .buffer(view.buffer)
+            .map_err(|fault| fault.within(name()))?;
         let bytes = view
             .byte_offset
             .checked_add(view.byte_length)
@@ -73,13 +82,19 @@ impl<'a> Buffers<'a> {
         if cell.get().is_none() {
             let name = format!("buffer {index}");
             let bytes = match record.uri.as_deref() {
-                Some(uri) => self.read_uri(uri, record.byte_length).map_err(|fault| fault.within(&name))?,
+                Some(uri) => self
+                    .read_uri(uri, record.byte_length)
+                    .map_err(|fault| fault.within(&name))?,
                 None => self.embedded(index).map_err(|fault| fault.within(&name))?,
             };
             if (bytes.len() as u64) < record.byte_length {
                 return Err(Fault::damaged_so(
                     name,
-                    format!("it should have {} bytes but has {}", record.byte_length, bytes.len()),
+                    format!(
+                        "it should have {} bytes but has {}",
+                        record.byte_length,
+                        bytes.len()
+                    ),
                     COPY_AGAIN,
                 ));
             }
@@ -107,7 +122,10 @@ impl<'a> Buffers<'a> {
     }
 
     fn read_uri(&self, uri: &str, length: u64) -> Result<Cow<'a, [u8]>> {
-        if uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:")) {
+        if uri
+            .get(..5)
+            .is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:"))
+        {
             return self.decode(&uri[5..]).map(Cow::Owned);
         }
         let name = || format!("uri {:?}", shortened(uri));
@@ -126,7 +144,10 @@ impl<'a> Buffers<'a> {
                 "put the file where the scene expects it",
             )
         };
-        let size = std::fs::metadata(&path).map_err(unreadable)?.len().min(length);
+        let size = std::fs::metadata(&path)
+            .map_err(unreadable)?
+            .len()
+            .min(length);
         // A file that is read under several names raises the limit once.
         let one_name = std::fs::canonicalize(&path).map_err(unreadable)?;
         if self.files_read.borrow_mut().insert(one_name) {
@@ -140,16 +161,24 @@ impl<'a> Buffers<'a> {
     fn decode(&self, uri: &str) -> Result<Vec<u8>> {
         let place = "its data: URI";
         let Some((media_type, text)) = uri.split_once(',') else {
-            return Err(Fault::damaged_so(place, "it has no comma before its data", COPY_AGAIN));
+            return Err(Fault::damaged_so(
+                place,
+                "it has no comma before its data",
+                COPY_AGAIN,
+            ));
         };
         if !media_type.ends_with(";base64") {
-            return Err(Fault::unsupported(place, "it is not base64", "export the scene again, as .glb"));
+            return Err(Fault::unsupported(
+                place,
+                "it is not base64",
+                "export the scene again, as .glb",
+            ));
         }
         let estimate = base64::decoded_len_estimate(text.len()) as u64;
         self.budget.reserve(estimate, place)?;
-        BASE64
-            .decode(text)
-            .map_err(|error| Fault::damaged_so(place, format!("its base64 is broken: {error}"), COPY_AGAIN))
+        BASE64.decode(text).map_err(|error| {
+            Fault::damaged_so(place, format!("its base64 is broken: {error}"), COPY_AGAIN)
+        })
     }
 }
 
@@ -162,7 +191,11 @@ fn shortened(uri: &str) -> String {
 
 /// The path a relative reference names, percent-encoding undone (RFC 3986 §2.1, §4.2), or why there is none.
 fn relative_path(uri: &str) -> std::result::Result<PathBuf, String> {
-    if uri.split(['/', '?', '#']).next().is_some_and(|first| first.contains(':')) {
+    if uri
+        .split(['/', '?', '#'])
+        .next()
+        .is_some_and(|first| first.contains(':'))
+    {
         return Err("it is not a file beside the scene but has a scheme".to_owned());
     }
     let mut bytes = Vec::with_capacity(uri.len());
@@ -178,7 +211,8 @@ fn relative_path(uri: &str) -> std::result::Result<PathBuf, String> {
             _ => return Err("its percent-encoding is broken".to_owned()),
         }
     }
-    let path = String::from_utf8(bytes).map_err(|_| "its percent-encoding is not UTF-8".to_owned())?;
+    let path =
+        String::from_utf8(bytes).map_err(|_| "its percent-encoding is not UTF-8".to_owned())?;
     let path = PathBuf::from(path);
     if path.is_absolute() || path.has_root() {
         return Err("it is an absolute path".to_owned());
@@ -192,13 +226,24 @@ mod tests {
 
     #[test]
     fn relative_references_lose_their_percent_encoding() {
-        assert_eq!(relative_path("my%20parts/%C3%A4.bin"), Ok(PathBuf::from("my parts/ä.bin")));
+        assert_eq!(
+            relative_path("my%20parts/%C3%A4.bin"),
+            Ok(PathBuf::from("my parts/ä.bin"))
+        );
         assert_eq!(relative_path("../a.bin"), Ok(PathBuf::from("../a.bin")));
     }
 
     #[test]
     fn schemes_and_absolute_paths_are_refused() {
-        for uri in ["https://example.org/a.bin", "file:///a.bin", "C:/a.bin", "/etc/a.bin", "%2Fa.bin", "a%2", "%ff"] {
+        for uri in [
+            "https://example.org/a.bin",
+            "file:///a.bin",
+            "C:/a.bin",
+            "/etc/a.bin",
+            "%2Fa.bin",
+            "a%2",
+            "%ff",
+        ] {
             assert!(relative_path(uri).is_err(), "{uri}");
         }
     }

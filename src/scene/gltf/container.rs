@@ -24,7 +24,10 @@ pub(super) fn split<'a>(bytes: &'a [u8], warnings: &mut Warnings) -> Result<Part
     if !bytes.starts_with(b"glTF") {
         let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         return match text.iter().find(|b| !b.is_ascii_whitespace()) {
-            Some(b'{') => Ok(Parts { json: text, binary: None }),
+            Some(b'{') => Ok(Parts {
+                json: text,
+                binary: None,
+            }),
             Some(_) => Err(Fault::damaged_so(
                 "header",
                 "the file is neither binary glTF (it does not start with \"glTF\") nor JSON (nor with a brace)",
@@ -33,23 +36,42 @@ pub(super) fn split<'a>(bytes: &'a [u8], warnings: &mut Warnings) -> Result<Part
             None => Err(Fault::damaged_so("header", "the file is empty", COPY_AGAIN)),
         };
     }
-    let word = |at: usize| bytes.get(at..at + 4).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes);
+    let word = |at: usize| {
+        bytes
+            .get(at..at + 4)
+            .and_then(|b| b.try_into().ok())
+            .map(u32::from_le_bytes)
+    };
     let (Some(version), Some(length)) = (word(4), word(8)) else {
-        return Err(Fault::damaged_so("header", format!("the file ends after {} bytes", bytes.len()), COPY_AGAIN));
+        return Err(Fault::damaged_so(
+            "header",
+            format!("the file ends after {} bytes", bytes.len()),
+            COPY_AGAIN,
+        ));
     };
     if version != 2 {
-        return Err(Fault::unsupported("header", format!("it is glTF {version}"), "convert it to glTF 2.0"));
+        return Err(Fault::unsupported(
+            "header",
+            format!("it is glTF {version}"),
+            "convert it to glTF 2.0",
+        ));
     }
     let length = length as usize;
     if length > bytes.len() {
         return Err(Fault::damaged_so(
             "header",
-            format!("the file should have {length} bytes but has {}", bytes.len()),
+            format!(
+                "the file should have {length} bytes but has {}",
+                bytes.len()
+            ),
             COPY_AGAIN,
         ));
     }
     if length < bytes.len() {
-        warnings.note("bytes after the end that the header gives are left out", "header");
+        warnings.note(
+            "bytes after the end that the header gives are left out",
+            "header",
+        );
     }
     let (mut json, mut binary, mut at) = (None, None, HEADER);
     while at < length {
@@ -61,17 +83,26 @@ pub(super) fn split<'a>(bytes: &'a [u8], warnings: &mut Warnings) -> Result<Part
             ));
         };
         let start = at + CHUNK_HEADER;
-        let Some(chunk) = bytes[..length].get(start..).and_then(|rest| rest.get(..size as usize)) else {
+        let Some(chunk) = bytes[..length]
+            .get(start..)
+            .and_then(|rest| rest.get(..size as usize))
+        else {
             return Err(Fault::damaged_so(
                 "chunks",
-                format!("the chunk at byte {at} claims {size} bytes, but the file ends {} after it", length - at),
+                format!(
+                    "the chunk at byte {at} claims {size} bytes, but the file ends {} after it",
+                    length - at
+                ),
                 COPY_AGAIN,
             ));
         };
         match kind {
             b"JSON" if at == HEADER => json = Some(chunk),
             b"BIN\0" if binary.is_none() => binary = Some(chunk),
-            _ => warnings.note("a chunk of unknown kind is left out", format_args!("chunk at byte {at}")),
+            _ => warnings.note(
+                "a chunk of unknown kind is left out",
+                format_args!("chunk at byte {at}"),
+            ),
         }
         at = start + size as usize;
     }

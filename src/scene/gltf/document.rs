@@ -18,7 +18,9 @@ use crate::scene::load_budget::LoadBudget;
 /// What one record may take, its name's allocation included.
 const RECORD_BYTES: u64 = 176;
 const _: () = assert!(size_of::<Node>() <= 136 && size_of::<Accessor>() <= 136);
-const _: () = assert!(size_of::<Material>() <= 136 && size_of::<Mesh>() <= 136 && size_of::<Primitive>() <= 136);
+const _: () = assert!(
+    size_of::<Material>() <= 136 && size_of::<Mesh>() <= 136 && size_of::<Primitive>() <= 136
+);
 
 pub(super) type Name = Option<Box<str>>;
 
@@ -161,7 +163,13 @@ pub(super) struct Attributes {
 
 impl Attributes {
     pub(super) fn only_position(position: u32) -> Attributes {
-        Attributes { position: Some(position), joints_0: None, weights_0: None, joints_1: None, weights_1: None }
+        Attributes {
+            position: Some(position),
+            joints_0: None,
+            weights_0: None,
+            joints_1: None,
+            weights_1: None,
+        }
     }
 }
 
@@ -270,7 +278,8 @@ pub(super) struct Buffer {
 /// Reads the records, having reserved what they take.
 pub(super) fn parse(json: &[u8], budget: &LoadBudget) -> Result<Document> {
     budget.reserve(memory_of_records(json), "its JSON")?;
-    let document: Document = serde_json::from_slice(json).map_err(|error| Fault::damaged("its JSON", error))?;
+    let document: Document =
+        serde_json::from_slice(json).map_err(|error| Fault::damaged("its JSON", error))?;
     let version = &document.asset.version;
     let lowest = document.asset.min_version.as_deref().unwrap_or("2.0");
     if version.split('.').next() != Some("2") || !(lowest == "2.0" || lowest.starts_with("1.")) {
@@ -318,22 +327,37 @@ const UNDERSTOOD: &[&str] = &[
     "MSFT_texture_dds",
     "GODOT_single_root",
 ];
-const UNDERSTOOD_FAMILIES: &[&str] = &["KHR_materials_", "KHR_texture_", "EXT_texture_", "EXT_lights_"];
+const UNDERSTOOD_FAMILIES: &[&str] = &[
+    "KHR_materials_",
+    "KHR_texture_",
+    "EXT_texture_",
+    "EXT_lights_",
+];
 
 /// Refuses a file that requires what we lack: it would not look as its author meant.
 pub(super) fn check_extensions(document: &Document) -> Result<()> {
     for name in &document.extensions_required {
         let name: &str = name;
-        if UNDERSTOOD.contains(&name) || UNDERSTOOD_FAMILIES.iter().any(|family| name.starts_with(family)) {
+        if UNDERSTOOD.contains(&name)
+            || UNDERSTOOD_FAMILIES
+                .iter()
+                .any(|family| name.starts_with(family))
+        {
             continue;
         }
         let remedy = match name {
-            "KHR_draco_mesh_compression" | "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
+            "KHR_draco_mesh_compression"
+            | "EXT_meshopt_compression"
+            | "KHR_meshopt_compression" => {
                 "decompress it first, for example with: gltf-transform copy IN.glb OUT.glb"
             }
             _ => "export the scene without it",
         };
-        return Err(Fault::unsupported("extensionsRequired", format!("it requires {name:?}"), remedy));
+        return Err(Fault::unsupported(
+            "extensionsRequired",
+            format!("it requires {name:?}"),
+            remedy,
+        ));
     }
     Ok(())
 }
@@ -341,6 +365,9 @@ pub(super) fn check_extensions(document: &Document) -> Result<()> {
 impl Document {
     /// Whether the file says that it uses an extension.
     pub(super) fn uses(&self, extension: &str) -> bool {
-        self.extensions_used.iter().chain(&self.extensions_required).any(|e| **e == *extension)
+        self.extensions_used
+            .iter()
+            .chain(&self.extensions_required)
+            .any(|e| **e == *extension)
     }
 }

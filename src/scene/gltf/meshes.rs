@@ -22,11 +22,17 @@ use crate::scene::error::{Fault, Label};
 use crate::scene::warnings::Warnings;
 use crate::scene::{Mesh, Surface};
 
-const INDEX_COMPONENTS: &[ComponentType] = &[ComponentType::U8, ComponentType::U16, ComponentType::U32];
+const INDEX_COMPONENTS: &[ComponentType] =
+    &[ComponentType::U8, ComponentType::U16, ComponentType::U32];
 const FLOAT: &[ComponentType] = &[ComponentType::F32];
 /// What KHR_mesh_quantization adds.
-const QUANTIZED: &[ComponentType] =
-    &[ComponentType::F32, ComponentType::I8, ComponentType::U8, ComponentType::I16, ComponentType::U16];
+const QUANTIZED: &[ComponentType] = &[
+    ComponentType::F32,
+    ComponentType::I8,
+    ComponentType::U8,
+    ComponentType::I16,
+    ComponentType::U16,
+];
 
 /// The meshes decoded so far.
 pub(super) struct Meshes<'a, 's> {
@@ -44,7 +50,11 @@ struct Shared<'a> {
 
 impl<'a, 's> Meshes<'a, 's> {
     pub(super) fn new(source: &'a Source<'s>) -> Meshes<'a, 's> {
-        Meshes { source, decoded: Vec::new(), places: HashMap::new() }
+        Meshes {
+            source,
+            decoded: Vec::new(),
+            places: HashMap::new(),
+        }
     }
 
     pub(super) fn into_decoded(self) -> Vec<Mesh> {
@@ -52,14 +62,21 @@ impl<'a, 's> Meshes<'a, 's> {
     }
 
     /// The mesh's place among the decoded ones, or `None` if it has no triangles. Each pose is a mesh of its own.
-    pub(super) fn get(&mut self, index: u32, pose: Option<&Pose>, warnings: &mut Warnings) -> Result<Option<usize>> {
+    pub(super) fn get(
+        &mut self,
+        index: u32,
+        pose: Option<&Pose>,
+        warnings: &mut Warnings,
+    ) -> Result<Option<usize>> {
         let key = (index, pose.map(Pose::key).unwrap_or_default());
         if let Some(&place) = self.places.get(&key) {
             return Ok(place);
         }
         let record = lookup(&self.source.document.meshes, index, "mesh")?;
         let name = label("mesh", index, record.name.as_deref());
-        let mesh = self.decode(record, pose, &name, warnings).map_err(|fault| fault.within(&name))?;
+        let mesh = self
+            .decode(record, pose, &name, warnings)
+            .map_err(|fault| fault.within(&name))?;
         let place = (!mesh.triangles.is_empty()).then_some(self.decoded.len());
         if place.is_some() {
             self.decoded.push(mesh);
@@ -75,8 +92,13 @@ impl<'a, 's> Meshes<'a, 's> {
         name: &Label,
         warnings: &mut Warnings,
     ) -> Result<Mesh> {
-        let mut mesh = Mesh { name: record.name.as_deref().unwrap_or_default().to_owned(), ..Mesh::default() };
-        self.source.budget.reserve((size_of::<Mesh>() + mesh.name.len()) as u64, "mesh")?;
+        let mut mesh = Mesh {
+            name: record.name.as_deref().unwrap_or_default().to_owned(),
+            ..Mesh::default()
+        };
+        self.source
+            .budget
+            .reserve((size_of::<Mesh>() + mesh.name.len()) as u64, "mesh")?;
         let mut shared: Vec<Shared> = Vec::new();
         let mut shared_with: HashMap<(Attributes, &[document::Target]), usize> = HashMap::new();
         for (p, primitive) in record.primitives.iter().enumerate() {
@@ -85,7 +107,10 @@ impl<'a, 's> Meshes<'a, 's> {
             let Checked::Valid(mode) = primitive.mode else {
                 return Err(Fault::damaged(place, "its mode is none that glTF knows"));
             };
-            if matches!(mode, Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
+            if matches!(
+                mode,
+                Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip
+            ) {
                 left_out("it draws points or lines, which are left out");
                 continue;
             }
@@ -93,13 +118,19 @@ impl<'a, 's> Meshes<'a, 's> {
                 left_out("it has no POSITION attribute and is left out");
                 continue;
             };
-            let run = self.push_triangles(primitive, mode, position, &mut mesh).map_err(|f| f.within(&place))?;
+            let run = self
+                .push_triangles(primitive, mode, position, &mut mesh)
+                .map_err(|f| f.within(&place))?;
             if run.is_empty() {
                 left_out("it has no vertices and is left out");
                 continue;
             }
-            let material = materials::material(self.source, primitive.material).map_err(|f| f.within(&place))?;
-            mesh.surfaces.push(Surface { triangles: run.clone(), material });
+            let material = materials::material(self.source, primitive.material)
+                .map_err(|f| f.within(&place))?;
+            mesh.surfaces.push(Surface {
+                triangles: run.clone(),
+                material,
+            });
             // Undeformed, only the positions matter.
             let key = match pose {
                 None => (Attributes::only_position(position), [].as_slice()),
@@ -107,7 +138,10 @@ impl<'a, 's> Meshes<'a, 's> {
             };
             let group = *shared_with.entry(key).or_insert(shared.len());
             if group == shared.len() {
-                shared.push(Shared { primitive, runs: Vec::new() });
+                shared.push(Shared {
+                    primitive,
+                    runs: Vec::new(),
+                });
             }
             shared[group].runs.push(run);
         }
@@ -126,26 +160,47 @@ impl<'a, 's> Meshes<'a, 's> {
         mesh: &mut Mesh,
     ) -> Result<Range<usize>> {
         let positions = self.positions(position)?;
-        let indices = primitive.indices.map(|index| Elements::open(self.source, index)).transpose()?;
+        let indices = primitive
+            .indices
+            .map(|index| Elements::open(self.source, index))
+            .transpose()?;
         if let Some(indices) = &indices {
             indices.must_be(Type::Scalar, INDEX_COMPONENTS, "an index")?;
         }
-        let listed = indices.as_ref().map_or(positions.count, |indices| indices.count);
-        let count = topology::triangle_count(mode, listed).map_err(|cause| Fault::damaged("its indices", cause))?;
-        self.source.budget.reserve((count as u64).saturating_mul(12), "its triangles")?;
-        self.source.budget.reserve(size_of::<Surface>() as u64, "its surface")?;
+        let listed = indices
+            .as_ref()
+            .map_or(positions.count, |indices| indices.count);
+        let count = topology::triangle_count(mode, listed)
+            .map_err(|cause| Fault::damaged("its indices", cause))?;
+        self.source
+            .budget
+            .reserve((count as u64).saturating_mul(12), "its triangles")?;
+        self.source
+            .budget
+            .reserve(size_of::<Surface>() as u64, "its surface")?;
         let start = mesh.triangles.len();
         mesh.triangles.reserve_exact(count);
         match &indices {
-            Some(indices) => mesh
+            Some(indices) => mesh.triangles.extend((0..count).map(|i| {
+                topology::corners(mode, i).map(|corner| indices.integers::<1>(corner)[0])
+            })),
+            None => mesh
                 .triangles
-                .extend((0..count).map(|i| topology::corners(mode, i).map(|corner| indices.integers::<1>(corner)[0]))),
-            None => mesh.triangles.extend((0..count).map(|i| topology::corners(mode, i).map(|corner| corner as u32))),
+                .extend((0..count).map(|i| topology::corners(mode, i).map(|corner| corner as u32))),
         }
         let new = &mesh.triangles[start..];
         let out_of_range = |index: u32| index as usize >= positions.count;
-        if new.iter().flatten().copied().max().is_some_and(out_of_range) {
-            let triangle = new.iter().position(|t| t.iter().copied().any(out_of_range)).unwrap_or(0);
+        if new
+            .iter()
+            .flatten()
+            .copied()
+            .max()
+            .is_some_and(out_of_range)
+        {
+            let triangle = new
+                .iter()
+                .position(|t| t.iter().copied().any(out_of_range))
+                .unwrap_or(0);
             return Err(Fault::damaged(
                 "its indices",
                 format!(
@@ -160,29 +215,42 @@ impl<'a, 's> Meshes<'a, 's> {
     fn positions(&self, index: u32) -> Result<Elements<'a>> {
         let positions = Elements::open(self.source, index)?;
         let quantized = self.source.document.uses("KHR_mesh_quantization");
-        positions.must_be(Type::Vec3, if quantized { QUANTIZED } else { FLOAT }, "a position")?;
+        positions.must_be(
+            Type::Vec3,
+            if quantized { QUANTIZED } else { FLOAT },
+            "a position",
+        )?;
         Ok(positions)
     }
 
     /// Adds the vertices that a group's triangles use, and makes their indices the mesh's.
     fn gather(&self, group: Shared<'a>, pose: Option<&Pose>, mesh: &mut Mesh) -> Result<()> {
-        let Some(position) = group.primitive.attributes.position else { return Ok(()) };
+        let Some(position) = group.primitive.attributes.position else {
+            return Ok(());
+        };
         let positions = self.positions(position)?;
-        let deform = pose.map(|pose| Deform::new(self.source, pose, group.primitive, positions.count)).transpose()?;
+        let deform = pose
+            .map(|pose| Deform::new(self.source, pose, group.primitive, positions.count))
+            .transpose()?;
         let base = mesh.positions.len();
         let renumber = Renumber::of(&mesh.triangles, &group.runs, positions.count);
         let used = renumber.used().count();
-        self.source.budget.reserve((used as u64).saturating_mul(12), "its vertices")?;
+        self.source
+            .budget
+            .reserve((used as u64).saturating_mul(12), "its vertices")?;
         if base + used > u32::MAX as usize {
-            return Err(Fault::damaged("its vertices", "they are more than 32-bit indices can hold"));
+            return Err(Fault::damaged(
+                "its vertices",
+                "they are more than 32-bit indices can hold",
+            ));
         }
         mesh.positions.reserve_exact(used);
         for vertex in renumber.used() {
             let local = positions.floats::<3>(vertex as usize);
             let local = match &deform {
-                Some(deform) => {
-                    deform.apply(vertex as usize, local).map_err(|f| f.within(format!("vertex {vertex}")))?
-                }
+                Some(deform) => deform
+                    .apply(vertex as usize, local)
+                    .map_err(|f| f.within(format!("vertex {vertex}")))?,
                 None => local,
             };
             if !local.iter().all(|c| c.is_finite()) {
@@ -214,7 +282,11 @@ const UNUSED: u32 = u32::MAX;
 
 impl Renumber {
     fn of(triangles: &[[u32; 3]], runs: &[Range<usize>], vertices: usize) -> Renumber {
-        let listed = || runs.iter().flat_map(|run| triangles[run.clone()].as_flattened()).copied();
+        let listed = || {
+            runs.iter()
+                .flat_map(|run| triangles[run.clone()].as_flattened())
+                .copied()
+        };
         let indices: usize = runs.iter().map(|run| 3 * run.len()).sum();
         if vertices / 4 > indices {
             let mut used: Vec<u32> = listed().collect();
@@ -224,7 +296,11 @@ impl Renumber {
         }
         let mut table = vec![UNUSED; vertices];
         listed().for_each(|index| table[index as usize] = 0);
-        table.iter_mut().filter(|entry| **entry != UNUSED).zip(0..).for_each(|(entry, new)| *entry = new);
+        table
+            .iter_mut()
+            .filter(|entry| **entry != UNUSED)
+            .zip(0..)
+            .for_each(|(entry, new)| *entry = new);
         Renumber::Table(table)
     }
 
@@ -234,7 +310,10 @@ impl Renumber {
             Renumber::Table(table) => (table, &[]),
             Renumber::Sorted(used) => (&[], used),
         };
-        let in_table = (0..).zip(table).filter(|&(_, &new)| new != UNUSED).map(|(old, _)| old);
+        let in_table = (0..)
+            .zip(table)
+            .filter(|&(_, &new)| new != UNUSED)
+            .map(|(old, _)| old);
         in_table.chain(sorted.iter().copied())
     }
 

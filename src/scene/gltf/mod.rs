@@ -49,12 +49,20 @@ pub(super) fn read(
     let document = document::parse(parts.json, budget)?;
     document::check_extensions(&document)?;
     let buffers = buffers::Buffers::new(&document, parts.binary, folder, budget);
-    let source = Source { document: &document, buffers, budget };
+    let source = Source {
+        document: &document,
+        buffers,
+        budget,
+    };
     nodes::place(&source, warnings)
 }
 
 fn label<'a>(kind: &'a str, index: u32, name: Option<&'a str>) -> Label<'a> {
-    Label { kind, index: index as usize, name: name.unwrap_or_default() }
+    Label {
+        kind,
+        index: index as usize,
+        name: name.unwrap_or_default(),
+    }
 }
 
 /// What a number in the file refers to, or why it refers to nothing.

@@ -25,7 +25,10 @@ pub(super) struct Pose {
 impl Pose {
     /// What tells one pose of a mesh from another: a skin moves its mesh alike wherever it is placed.
     pub(super) fn key(&self) -> PoseKey {
-        (self.skin.as_ref().map(|skin| skin.index), self.weights.iter().map(|w| w.to_bits()).collect())
+        (
+            self.skin.as_ref().map(|skin| skin.index),
+            self.weights.iter().map(|w| w.to_bits()).collect(),
+        )
     }
 }
 
@@ -43,9 +46,15 @@ pub(super) struct Skin {
 
 const FLOAT: &[ComponentType] = &[ComponentType::F32];
 const JOINT_COMPONENTS: &[ComponentType] = &[ComponentType::U8, ComponentType::U16];
-const WEIGHT_COMPONENTS: &[ComponentType] = &[ComponentType::F32, ComponentType::U8, ComponentType::U16];
-const TARGET_COMPONENTS: &[ComponentType] =
-    &[ComponentType::F32, ComponentType::I8, ComponentType::U8, ComponentType::I16, ComponentType::U16];
+const WEIGHT_COMPONENTS: &[ComponentType] =
+    &[ComponentType::F32, ComponentType::U8, ComponentType::U16];
+const TARGET_COMPONENTS: &[ComponentType] = &[
+    ComponentType::F32,
+    ComponentType::I8,
+    ComponentType::U8,
+    ComponentType::I16,
+    ComponentType::U16,
+];
 
 impl Skin {
     /// The skin with its joints where the file leaves them.
@@ -53,17 +62,29 @@ impl Skin {
         let record = lookup(&source.document.skins, index, "skin")?;
         let name = || label("skin", index, record.name.as_deref());
         let within = |fault: Fault| fault.within(name());
-        let matrices = record.inverse_bind_matrices.map(|m| Elements::open(source, m)).transpose().map_err(within)?;
+        let matrices = record
+            .inverse_bind_matrices
+            .map(|m| Elements::open(source, m))
+            .transpose()
+            .map_err(within)?;
         if let Some(matrices) = &matrices {
-            matrices.must_be(Type::Mat4, FLOAT, "an inverse bind matrix").map_err(within)?;
+            matrices
+                .must_be(Type::Mat4, FLOAT, "an inverse bind matrix")
+                .map_err(within)?;
             if matrices.count < record.joints.len() {
                 return Err(Fault::damaged(
                     name(),
-                    format!("{} joints, but {} inverse bind matrices", record.joints.len(), matrices.count),
+                    format!(
+                        "{} joints, but {} inverse bind matrices",
+                        record.joints.len(),
+                        matrices.count
+                    ),
                 ));
             }
         }
-        source.budget.reserve((record.joints.len() * size_of::<DAffine3>()) as u64, name())?;
+        source
+            .budget
+            .reserve((record.joints.len() * size_of::<DAffine3>()) as u64, name())?;
         let mut joints = Vec::with_capacity(record.joints.len());
         let mut origin = None;
         for (i, &joint) in record.joints.iter().enumerate() {
@@ -73,7 +94,9 @@ impl Skin {
                 Some(matrices) => {
                     let m = matrices.floats::<16>(i).map(f64::from);
                     DAffine3 {
-                        matrix3: DMat3::from_cols_array(&[m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]]),
+                        matrix3: DMat3::from_cols_array(&[
+                            m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10],
+                        ]),
                         translation: DVec3::new(m[12], m[13], m[14]),
                     }
                 }
@@ -82,7 +105,11 @@ impl Skin {
             joints.push(world * bound);
         }
         match origin {
-            Some(origin) => Ok(Skin { index, joints, origin }),
+            Some(origin) => Ok(Skin {
+                index,
+                joints,
+                origin,
+            }),
             None => Err(Fault::damaged(name(), "it has no joints")),
         }
     }
@@ -108,7 +135,10 @@ impl<'a, 'p> Deform<'a, 'p> {
             if elements.count != vertices {
                 return Err(Fault::damaged(
                     format_args!("accessor {index}"),
-                    format!("it has {} elements, but there are {vertices} vertices", elements.count),
+                    format!(
+                        "it has {} elements, but there are {vertices} vertices",
+                        elements.count
+                    ),
                 ));
             }
             Ok(elements)
@@ -117,14 +147,23 @@ impl<'a, 'p> Deform<'a, 'p> {
         if !pose.weights.is_empty() && pose.weights.len() != primitive.targets.len() {
             return Err(Fault::damaged(
                 "its morph targets",
-                format!("{} targets, but {} weights", primitive.targets.len(), pose.weights.len()),
+                format!(
+                    "{} targets, but {} weights",
+                    primitive.targets.len(),
+                    pose.weights.len()
+                ),
             ));
         }
         for (target, &weight) in primitive.targets.iter().zip(&pose.weights) {
             if let Some(position) = target.position.filter(|_| weight != 0.0) {
                 // Every vertex will look at every target.
-                source.budget.reserve((vertices as u64).saturating_mul(4), "its morph targets")?;
-                targets.push((weight, open(position, Type::Vec3, TARGET_COMPONENTS, "a morph target")?));
+                source
+                    .budget
+                    .reserve((vertices as u64).saturating_mul(4), "its morph targets")?;
+                targets.push((
+                    weight,
+                    open(position, Type::Vec3, TARGET_COMPONENTS, "a morph target")?,
+                ));
             }
         }
         let mut influences = Vec::new();
@@ -146,7 +185,11 @@ impl<'a, 'p> Deform<'a, 'p> {
                 }
             }
         }
-        Ok(Deform { pose, targets, influences })
+        Ok(Deform {
+            pose,
+            targets,
+            influences,
+        })
     }
 
     /// Where the vertex stands, in the coordinates of the object that is made for the node.
@@ -159,7 +202,11 @@ impl<'a, 'p> Deform<'a, 'p> {
         if let Some(skin) = &self.pose.skin {
             let (mut sum, mut total) = (DVec3::ZERO, 0.0);
             for (joints, weights) in &self.influences {
-                for (joint, weight) in joints.integers::<4>(vertex).into_iter().zip(weights.floats::<4>(vertex)) {
+                for (joint, weight) in joints
+                    .integers::<4>(vertex)
+                    .into_iter()
+                    .zip(weights.floats::<4>(vertex))
+                {
                     let Some(place) = skin.joints.get(joint as usize) else {
                         return Err(Fault::damaged(
                             "its joints",

@@ -15,13 +15,13 @@ use ::gltf::json::mesh::Mode;
 /// How many triangles `vertices` make, or why they make none. Points and lines make none, soundly.
 pub(super) fn triangle_count(mode: Mode, vertices: usize) -> Result<usize, String> {
     match mode {
-        Mode::Triangles if !vertices.is_multiple_of(3) => {
-            Err(format!("it draws triangles, but has {vertices} vertices or indices, not a multiple of three"))
-        }
+        Mode::Triangles if !vertices.is_multiple_of(3) => Err(format!(
+            "it draws triangles, but has {vertices} vertices or indices, not a multiple of three"
+        )),
         Mode::Triangles => Ok(vertices / 3),
-        Mode::TriangleStrip | Mode::TriangleFan if vertices == 1 || vertices == 2 => {
-            Err(format!("a strip or fan needs three vertices, but it has {vertices}"))
-        }
+        Mode::TriangleStrip | Mode::TriangleFan if vertices == 1 || vertices == 2 => Err(format!(
+            "a strip or fan needs three vertices, but it has {vertices}"
+        )),
         Mode::TriangleStrip | Mode::TriangleFan => Ok(vertices.saturating_sub(2)),
         Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => Ok(0),
     }
@@ -45,7 +45,10 @@ mod tests {
         let vertex = |i: usize| (i as i32 / 2 * 2 + (i as i32 % 2), i as i32 % 2);
         for i in 0..6 {
             let [(ax, ay), (bx, by), (cx, cy)] = corners(Mode::TriangleStrip, i).map(vertex);
-            assert!((bx - ax) * (cy - ay) - (by - ay) * (cx - ax) < 0, "triangle {i}");
+            assert!(
+                (bx - ax) * (cy - ay) - (by - ay) * (cx - ax) < 0,
+                "triangle {i}"
+            );
         }
     }
 
@@ -54,7 +57,10 @@ mod tests {
         let vertex = |i: usize| [(0, 0), (4, 0), (3, 3), (0, 4), (-3, 3), (-4, 0)][i];
         for i in 0..4 {
             let [(ax, ay), (bx, by), (cx, cy)] = corners(Mode::TriangleFan, i).map(vertex);
-            assert!((bx - ax) * (cy - ay) - (by - ay) * (cx - ax) > 0, "triangle {i}");
+            assert!(
+                (bx - ax) * (cy - ay) - (by - ay) * (cx - ax) > 0,
+                "triangle {i}"
+            );
         }
     }
 

@@ -48,7 +48,11 @@ const TRIANGLE_BYTES: u64 = 24;
 const RUN_BYTES: u64 = 640;
 
 /// What surfaces look like that name no material.
-pub(super) const PLAIN: Material = Material { alpha: crate::scene::Alpha::Opaque, double_sided: true, color: [1.0; 4] };
+pub(super) const PLAIN: Material = Material {
+    alpha: crate::scene::Alpha::Opaque,
+    double_sided: true,
+    color: [1.0; 4],
+};
 
 struct Cleaner<'a> {
     budget: &'a LoadBudget,
@@ -70,7 +74,12 @@ struct Cleaner<'a> {
 }
 
 /// Cleans a file; the line at fault is named if it cannot be.
-pub(super) fn clean(bytes: &[u8], folder: &Path, budget: &LoadBudget, warnings: &mut Warnings) -> Result<Clean> {
+pub(super) fn clean(
+    bytes: &[u8],
+    folder: &Path,
+    budget: &LoadBudget,
+    warnings: &mut Warnings,
+) -> Result<Clean> {
     let mut cleaner = Cleaner {
         budget,
         warnings,
@@ -88,21 +97,30 @@ pub(super) fn clean(bytes: &[u8], folder: &Path, budget: &LoadBudget, warnings: 
         library: Library::default(),
     };
     for (number, line) in logical_lines(bytes) {
-        cleaner.statement(&line, number, folder).map_err(|fault| match cleaner.name() {
-            name if name.is_empty() => fault.within(format_args!("line {number}")),
-            name => fault.within(format_args!("line {number}, object {name:?}")),
-        })?;
+        cleaner
+            .statement(&line, number, folder)
+            .map_err(|fault| match cleaner.name() {
+                name if name.is_empty() => fault.within(format_args!("line {number}")),
+                name => fault.within(format_args!("line {number}, object {name:?}")),
+            })?;
     }
     if cleaner.highest.0 > cleaner.vertex_count {
         let (index, line, object) = cleaner.highest;
         return Err(Fault::damaged(
             format_args!("line {line}, object {:?}", cleaner.objects[object]),
-            format!("index out of range: vertex {index}, but the file has {}", cleaner.vertex_count),
+            format!(
+                "index out of range: vertex {index}, but the file has {}",
+                cleaner.vertex_count
+            ),
         ));
     }
     let mut text = cleaner.vertices;
     text.append(&mut cleaner.faces);
-    Ok(Clean { text, runs: cleaner.runs, objects: cleaner.objects })
+    Ok(Clean {
+        text,
+        runs: cleaner.runs,
+        objects: cleaner.objects,
+    })
 }
 
 /// Lines with their numbers from 1, those that end in a backslash joined to the next. Bytes that are no UTF-8 (old
@@ -121,7 +139,11 @@ fn logical_lines(bytes: &[u8]) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
             let more = continued(line);
             joined.extend_from_slice(line.trim_ascii_end().strip_suffix(b"\\").unwrap_or(line));
             joined.push(b' ');
-            next = if more { physical.next().map(|(_, line)| line) } else { None };
+            next = if more {
+                physical.next().map(|(_, line)| line)
+            } else {
+                None
+            };
         }
         Some((number, String::from_utf8_lossy(&joined).into_owned().into()))
     })
@@ -160,18 +182,29 @@ impl Cleaner<'_> {
             "usemtl" => self.use_material(rest, number),
             "mtllib" => {
                 let place = format!("line {number}");
-                self.library.read(rest, folder, self.budget, self.warnings, &place)?;
+                self.library
+                    .read(rest, folder, self.budget, self.warnings, &place)?;
             }
             "l" | "p" => {
-                self.warnings.note("it draws points or lines, which are left out", format_args!("line {number}"));
+                self.warnings.note(
+                    "it draws points or lines, which are left out",
+                    format_args!("line {number}"),
+                );
             }
-            "o" | "g" | "vt" | "vn" | "s" | "mg" | "usemap" | "maplib" | "shadow_obj" | "trace_obj" | "lod"
-            | "bevel" | "c_interp" | "d_interp" => {}
-            "vp" | "cstype" | "deg" | "bmat" | "step" | "curv" | "curv2" | "surf" | "parm" | "trim" | "hole"
-            | "scrv" | "sp" | "end" | "con" | "ctech" | "stech" | "bzp" | "bsp" => {
-                self.warnings.note("free-form curves and surfaces are left out", format_args!("line {number}"));
+            "o" | "g" | "vt" | "vn" | "s" | "mg" | "usemap" | "maplib" | "shadow_obj"
+            | "trace_obj" | "lod" | "bevel" | "c_interp" | "d_interp" => {}
+            "vp" | "cstype" | "deg" | "bmat" | "step" | "curv" | "curv2" | "surf" | "parm"
+            | "trim" | "hole" | "scrv" | "sp" | "end" | "con" | "ctech" | "stech" | "bzp"
+            | "bsp" => {
+                self.warnings.note(
+                    "free-form curves and surfaces are left out",
+                    format_args!("line {number}"),
+                );
             }
-            _ => self.warnings.note("a statement that is not understood is left out", format_args!("line {number}")),
+            _ => self.warnings.note(
+                "a statement that is not understood is left out",
+                format_args!("line {number}"),
+            ),
         }
         Ok(())
     }
@@ -192,7 +225,9 @@ impl Cleaner<'_> {
             let weight = number(weight).map_err(damaged)?;
             position = position.map(|c| c / weight);
             if !position.iter().all(|c| c.is_finite()) {
-                return Err(damaged(format!("divided by its weight {weight} it is not finite")));
+                return Err(damaged(format!(
+                    "divided by its weight {weight} it is not finite"
+                )));
             }
         }
         self.vertex_count += 1;
@@ -200,7 +235,10 @@ impl Cleaner<'_> {
         let [x, y, z] = position;
         // The shortest text that gives the same f32 again.
         let _ = writeln!(self.vertices, "v {x} {y} {z}");
-        self.budget.reserve(VERTEX_BYTES + (self.vertices.len() - start) as u64, "a vertex")
+        self.budget.reserve(
+            VERTEX_BYTES + (self.vertices.len() - start) as u64,
+            "a vertex",
+        )
     }
 
     fn face(&mut self, rest: &str, line: usize) -> Result<()> {
@@ -211,7 +249,10 @@ impl Cleaner<'_> {
         }
         let corners = self.corners.len();
         if corners < 3 {
-            self.warnings.note("a face of fewer than three vertices is left out", format_args!("line {line}"));
+            self.warnings.note(
+                "a face of fewer than three vertices is left out",
+                format_args!("line {line}"),
+            );
             return Ok(());
         }
         self.begin_run()?;
@@ -227,29 +268,55 @@ impl Cleaner<'_> {
             let _ = write!(self.faces, " {corner}");
         }
         self.faces.push(b'\n');
-        let listed = if corners > 4 { corners as u64 * CORNER_BYTES } else { 0 };
-        let bytes = FACE_BYTES + listed + (corners - 2) as u64 * TRIANGLE_BYTES + (self.faces.len() - start) as u64;
+        let listed = if corners > 4 {
+            corners as u64 * CORNER_BYTES
+        } else {
+            0
+        };
+        let bytes = FACE_BYTES
+            + listed
+            + (corners - 2) as u64 * TRIANGLE_BYTES
+            + (self.faces.len() - start) as u64;
         self.budget.reserve(bytes, "a face")
     }
 
     /// The vertex of `v`, `v/vt`, `v//vn` or `v/vt/vn`, counted from 1.
     fn corner(&self, word: &str) -> Result<usize> {
         let damaged = |cause: String| Fault::damaged("a face", cause);
-        let mut parts = word.split('/').map(|part| if part.is_empty() { Ok(None) } else { part.parse().map(Some) });
+        let mut parts = word.split('/').map(|part| {
+            if part.is_empty() {
+                Ok(None)
+            } else {
+                part.parse().map(Some)
+            }
+        });
         let first: Option<i64> = parts.next().and_then(|p| p.ok()).flatten();
         if parts.clone().count() > 2 || parts.any(|p| p.is_err()) {
-            return Err(damaged(format!("{word:?} is no vertex: v, v/vt, v//vn or v/vt/vn is")));
+            return Err(damaged(format!(
+                "{word:?} is no vertex: v, v/vt, v//vn or v/vt/vn is"
+            )));
         }
         let vertex = match first {
-            None => return Err(damaged(format!("{word:?} is no vertex: v, v/vt, v//vn or v/vt/vn is"))),
-            Some(0) => return Err(damaged("index out of range: there is no vertex 0, the first is 1".to_owned())),
-            Some(v) if v > 0 => usize::try_from(v).ok(),
-            Some(v) => {
-                usize::try_from(v.unsigned_abs()).ok().and_then(|back| (self.vertex_count + 1).checked_sub(back))
+            None => {
+                return Err(damaged(format!(
+                    "{word:?} is no vertex: v, v/vt, v//vn or v/vt/vn is"
+                )));
             }
+            Some(0) => {
+                return Err(damaged(
+                    "index out of range: there is no vertex 0, the first is 1".to_owned(),
+                ));
+            }
+            Some(v) if v > 0 => usize::try_from(v).ok(),
+            Some(v) => usize::try_from(v.unsigned_abs())
+                .ok()
+                .and_then(|back| (self.vertex_count + 1).checked_sub(back)),
         };
         vertex.filter(|&v| v > 0).ok_or_else(|| {
-            damaged(format!("index out of range: {word:?}, but there are {} vertices so far", self.vertex_count))
+            damaged(format!(
+                "index out of range: {word:?}, but there are {} vertices so far",
+                self.vertex_count
+            ))
         })
     }
 
@@ -259,12 +326,20 @@ impl Cleaner<'_> {
                 name if name.is_empty() => format!("object {}", self.objects.len()),
                 name => name,
             };
-            self.budget.reserve(OBJECT_BYTES + 2 * name.len() as u64, "an object")?;
+            self.budget
+                .reserve(OBJECT_BYTES + 2 * name.len() as u64, "an object")?;
             self.objects.push(name);
             self.object_begins = false;
         }
-        let run = Run { object: self.objects.len() - 1, material: self.material };
-        if self.runs.last().is_none_or(|last| last.object != run.object || last.material != run.material) {
+        let run = Run {
+            object: self.objects.len() - 1,
+            material: self.material,
+        };
+        if self
+            .runs
+            .last()
+            .is_none_or(|last| last.object != run.object || last.material != run.material)
+        {
             self.budget.reserve(RUN_BYTES, "a change of material")?;
             let _ = writeln!(self.faces, "o {}", self.runs.len());
             self.runs.push(run);

@@ -39,7 +39,11 @@ impl Library {
     ) -> Result<()> {
         let whole = [names];
         let each: Vec<&str> = names.split_whitespace().collect();
-        for &name in if folder.join(names).is_file() { &whole[..] } else { &each[..] } {
+        for &name in if folder.join(names).is_file() {
+            &whole[..]
+        } else {
+            &each[..]
+        } {
             let relative = Path::new(name);
             if relative.is_absolute() || relative.has_root() {
                 warnings.note(
@@ -53,7 +57,10 @@ impl Library {
             if self.known.contains(&path) {
                 continue;
             }
-            budget.reserve(ENTRY_BYTES + path.as_os_str().len() as u64, "a material library")?;
+            budget.reserve(
+                ENTRY_BYTES + path.as_os_str().len() as u64,
+                "a material library",
+            )?;
             self.known.insert(path.clone());
             let size = std::fs::metadata(&path).map_or(0, |m| m.len()).min(LARGEST);
             let Ok(bytes) = read_file(&path, size) else {
@@ -90,9 +97,14 @@ fn parse(
             current = Some((rest.trim().to_owned(), PLAIN));
             continue;
         }
-        let Some((_, material)) = &mut current else { continue };
+        let Some((_, material)) = &mut current else {
+            continue;
+        };
         if !set(material, keyword, rest) {
-            warnings.note("the statement cannot be read and is left out", format_args!("{file:?} line {number}"));
+            warnings.note(
+                "the statement cannot be read and is left out",
+                format_args!("{file:?} line {number}"),
+            );
         }
     }
     materials.extend(current);
@@ -102,7 +114,11 @@ fn parse(
 /// Applies one statement; says whether it made sense.
 fn set(material: &mut Material, keyword: &str, rest: &str) -> bool {
     let numbers: Vec<f32> = match keyword {
-        "Kd" | "d" | "Tr" => rest.split_whitespace().filter(|w| *w != "-halo").map_while(|w| w.parse().ok()).collect(),
+        "Kd" | "d" | "Tr" => rest
+            .split_whitespace()
+            .filter(|w| *w != "-halo")
+            .map_while(|w| w.parse().ok())
+            .collect(),
         "map_d" => {
             // A translucent material stays that: neither occludes.
             if material.alpha == Alpha::Opaque {
@@ -139,10 +155,12 @@ mod tests {
     use super::*;
 
     fn after(statements: &[(&str, &str)]) -> Material {
-        statements.iter().fold(PLAIN, |mut material, (keyword, rest)| {
-            assert!(set(&mut material, keyword, rest), "{keyword} {rest}");
-            material
-        })
+        statements
+            .iter()
+            .fold(PLAIN, |mut material, (keyword, rest)| {
+                assert!(set(&mut material, keyword, rest), "{keyword} {rest}");
+                material
+            })
     }
 
     #[test]
@@ -152,12 +170,21 @@ mod tests {
         assert_eq!(after(&[("d", "-halo 0.5")]).alpha, Alpha::Blend);
         assert_eq!(after(&[("Tr", "0.25")]).color[3], 0.75);
         assert_eq!(after(&[("map_d", "leaf.png")]).alpha, Alpha::Mask);
-        assert_eq!(after(&[("d", "0.5"), ("map_d", "leaf.png")]).alpha, Alpha::Blend);
+        assert_eq!(
+            after(&[("d", "0.5"), ("map_d", "leaf.png")]).alpha,
+            Alpha::Blend
+        );
     }
 
     #[test]
     fn nonsense_is_noticed_and_changes_nothing() {
-        for (keyword, rest) in [("Kd", "red"), ("Kd", "1 1"), ("Kd", "nan nan nan"), ("d", ""), ("Tr", "x")] {
+        for (keyword, rest) in [
+            ("Kd", "red"),
+            ("Kd", "1 1"),
+            ("Kd", "nan nan nan"),
+            ("d", ""),
+            ("Tr", "x"),
+        ] {
             let mut material = PLAIN;
             assert!(!set(&mut material, keyword, rest), "{keyword} {rest}");
             assert_eq!(material, PLAIN);

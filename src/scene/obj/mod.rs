@@ -32,7 +32,12 @@ pub(super) fn read(
 ) -> Result<(Vec<Mesh>, Vec<Object>)> {
     let clean = clean::clean(&bytes, folder, budget, warnings)?;
     drop(bytes);
-    let options = LoadOptions { triangulate: true, ignore_points: true, ignore_lines: true, ..LoadOptions::default() };
+    let options = LoadOptions {
+        triangulate: true,
+        ignore_points: true,
+        ignore_lines: true,
+        ..LoadOptions::default()
+    };
     let no_libraries = |_: &Path| Ok(Default::default());
     let (models, _) = tobj::load_obj_buf(&mut clean.text.as_slice(), &options, no_libraries)
         .map_err(|error| Fault::damaged("its text", error))?;
@@ -42,17 +47,45 @@ pub(super) fn read(
     let mut last_object = None;
     for model in models {
         // Only a file without faces has a model that no run begins.
-        let Some(run) = model.name.parse().ok().and_then(|run: usize| clean.runs.get(run)) else { continue };
+        let Some(run) = model
+            .name
+            .parse()
+            .ok()
+            .and_then(|run: usize| clean.runs.get(run))
+        else {
+            continue;
+        };
         if last_object.replace(run.object) != Some(run.object) {
-            meshes.push(Mesh { name: clean.objects[run.object].clone(), ..Mesh::default() });
+            meshes.push(Mesh {
+                name: clean.objects[run.object].clone(),
+                ..Mesh::default()
+            });
         }
-        let Some(mesh) = meshes.last_mut() else { continue };
-        let base = u32::try_from(mesh.positions.len())
-            .map_err(|_| Fault::damaged(&mesh.name, "its vertices are more than 32-bit indices can hold"))?;
+        let Some(mesh) = meshes.last_mut() else {
+            continue;
+        };
+        let base = u32::try_from(mesh.positions.len()).map_err(|_| {
+            Fault::damaged(
+                &mesh.name,
+                "its vertices are more than 32-bit indices can hold",
+            )
+        })?;
         let start = mesh.triangles.len();
-        mesh.positions.extend_from_slice(model.mesh.positions.as_chunks().0);
-        mesh.triangles.extend(model.mesh.indices.as_chunks().0.iter().map(|t: &[u32; 3]| t.map(|i| base + i)));
-        mesh.surfaces.push(Surface { triangles: start..mesh.triangles.len(), material: run.material });
+        mesh.positions
+            .extend_from_slice(model.mesh.positions.as_chunks().0);
+        mesh.triangles.extend(
+            model
+                .mesh
+                .indices
+                .as_chunks()
+                .0
+                .iter()
+                .map(|t: &[u32; 3]| t.map(|i| base + i)),
+        );
+        mesh.surfaces.push(Surface {
+            triangles: start..mesh.triangles.len(),
+            material: run.material,
+        });
     }
     if meshes.is_empty() {
         return Err(Fault::no_triangles());

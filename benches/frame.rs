@@ -20,7 +20,9 @@ fn city() -> (Arc<Scene>, Camera) {
     let file = std::env::temp_dir().join(format!("antumbra-bench-{}.glb", std::process::id()));
     let mut glb = Vec::new();
     fixture.write_glb(&mut glb).expect("a Vec takes everything");
-    std::fs::File::create(&file).and_then(|mut f| f.write_all(&glb)).expect("a file in the temporary folder");
+    std::fs::File::create(&file)
+        .and_then(|mut f| f.write_all(&glb))
+        .expect("a file in the temporary folder");
     let scene = Scene::load(&file).expect("a generated scene");
     std::fs::remove_file(&file).expect("the file just written");
     let path = CameraPath::parse(&fixture.path_json(), &file).expect("a generated path");
@@ -30,7 +32,10 @@ fn city() -> (Arc<Scene>, Camera) {
 fn frame(c: &mut Criterion) {
     let (scene, camera) = city();
     let size = PictureSize::new(1280, 768).expect("a size");
-    let settings = Settings { threads: 1, ..Settings::new(size) };
+    let settings = Settings {
+        threads: 1,
+        ..Settings::new(size)
+    };
     let mut culler = Culler::new(scene.clone(), settings).expect("a thread");
 
     c.bench_function("cull", |b| b.iter(|| black_box(culler.cull(&camera))));
@@ -50,7 +55,12 @@ fn frame(c: &mut Criterion) {
         for &object in &in_frustum {
             let placed = &scene.objects()[object as usize];
             let mesh = &scene.meshes()[placed.mesh];
-            assembler.assemble(mesh, &placed.world_from_local, |_| true, |t| triangles.push(t.triangle));
+            assembler.assemble(
+                mesh,
+                &placed.world_from_local,
+                |_| true,
+                |t| triangles.push(t.triangle),
+            );
         }
         triangles
     };

@@ -48,7 +48,10 @@ impl Level {
 
     /// The levels whose instructions this machine has, whether or not this build has loops for them.
     pub fn of_machine() -> Vec<Level> {
-        Level::ALL.into_iter().filter(|level| level.is_of_machine()).collect()
+        Level::ALL
+            .into_iter()
+            .filter(|level| level.is_of_machine())
+            .collect()
     }
 
     #[cfg(target_arch = "x86_64")]
@@ -58,7 +61,9 @@ impl Level {
             Level::Scalar => true,
             Level::Sse42 => has!("sse4.2"),
             Level::Avx2 => has!("avx2"),
-            Level::Avx512 => has!("avx512f") && has!("avx512bw") && has!("avx512vl") && has!("avx512dq"),
+            Level::Avx512 => {
+                has!("avx512f") && has!("avx512bw") && has!("avx512vl") && has!("avx512dq")
+            }
             Level::Neon => false,
         }
     }

@@ -15,7 +15,11 @@ impl Info {
     /// Prints it all.
     pub fn run(self) -> Result<(), Failure> {
         let names = |levels: &[Level]| -> String {
-            levels.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+            levels
+                .iter()
+                .map(ToString::to_string)
+                .collect::<Vec<_>>()
+                .join(", ")
         };
         say(format_args!("antumbra {}", env!("CARGO_PKG_VERSION")))?;
         say(format_args!(
@@ -23,8 +27,14 @@ impl Info {
             std::env::consts::OS,
             std::env::consts::ARCH
         ))?;
-        say(format_args!("instruction sets found: {}", names(&Level::of_machine())))?;
-        say(format_args!("instruction sets built: {}", names(Level::available())))?;
+        say(format_args!(
+            "instruction sets found: {}",
+            names(&Level::of_machine())
+        ))?;
+        say(format_args!(
+            "instruction sets built: {}",
+            names(Level::available())
+        ))?;
         say(format_args!("instruction set chosen: {}", Level::best()))?;
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
         say(format_args!("threads: {threads}"))

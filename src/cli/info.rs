@@ -1,6 +1,6 @@
 //! `antumbra info`: what this build can use on this machine.
 
-use antumbra_simd::Level;
+use antumbra::cull::Level;
 use clap::Args;
 
 use super::failure::Failure;

@@ -140,7 +140,7 @@ impl OcclusionBuffer {
         self.triangles.clear();
         self.assembler
             .assemble(occluder.geometry, &screen, size, cull, |t, _| {
-                self.triangles.push(t)
+                self.triangles.push(t);
             });
         self.tiles.fill(&self.triangles);
         self.finished = false;

@@ -69,7 +69,7 @@ pub fn draw_objects<'a, P: Send>(
                     let mut triangles = Vec::new();
                     let mesh = &scene.meshes()[placed.mesh];
                     assembler.assemble(mesh, &placed.world_from_local, &wanted, |t| {
-                        triangles.push(t)
+                        triangles.push(t);
                     });
                     triangles
                 },

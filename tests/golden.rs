@@ -16,7 +16,7 @@ use stage::Stage;
 
 #[test]
 fn a_street_of_the_city() {
-    let shot = city().shoot(156);
+    let shot = city().shoot(60);
     assert_golden("city", &shot.picture);
     assert_golden("city_occluders", &shot.occluders);
 }
@@ -37,7 +37,7 @@ fn the_power_plant() {
 
 #[test]
 fn the_teapots() {
-    let shot = teapots().shoot(84);
+    let shot = teapots().shoot(150);
     assert_golden("teapots", &shot.picture);
     assert_golden("teapots_occluders", &shot.occluders);
 }

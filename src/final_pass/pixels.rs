@@ -13,7 +13,7 @@ use crate::view::{Camera, PictureSize};
 const ROWS_PER_BAND: usize = 32;
 
 /// Triangles assembled before they are drawn: bounds the memory of a frame.
-const TRIANGLES_PER_FLUSH: usize = 200_000;
+const TRIANGLES_PER_FLUSH: usize = 50_000;
 
 /// One covered sample of an object.
 #[derive(Clone, Copy, Debug)]

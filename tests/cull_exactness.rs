@@ -49,7 +49,7 @@ fn picture(scene: &Scene, objects: &[u32], camera: &Camera, size: PictureSize) -
     for &object in objects {
         let mut before = false;
         for_samples(object, true, &mut |at, depth| {
-            before |= pixels[at].is_none_or(|(_, old)| depth > old)
+            before |= pixels[at].is_none_or(|(_, old)| depth > old);
         });
         translucent.extend(before.then_some(object));
     }

@@ -46,6 +46,33 @@ impl Level {
         Level::Neon,
     ];
 
+    /// The levels whose instructions this machine has, whether or not this build has loops for them.
+    pub fn of_machine() -> Vec<Level> {
+        Level::ALL
+            .into_iter()
+            .filter(|level| level.is_of_machine())
+            .collect()
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    fn is_of_machine(self) -> bool {
+        use std::arch::is_x86_feature_detected as has;
+        match self {
+            Level::Scalar => true,
+            Level::Sse42 => has!("sse4.2"),
+            Level::Avx2 => has!("avx2"),
+            Level::Avx512 => {
+                has!("avx512f") && has!("avx512bw") && has!("avx512vl") && has!("avx512dq")
+            }
+            Level::Neon => false,
+        }
+    }
+
+    #[cfg(not(target_arch = "x86_64"))]
+    fn is_of_machine(self) -> bool {
+        self == Level::Scalar || self == Level::Neon && cfg!(target_arch = "aarch64")
+    }
+
     /// The levels that this build has loops for and this machine can run, the best last.
     pub fn available() -> &'static [Level] {
         &[Level::Scalar]

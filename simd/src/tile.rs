@@ -7,7 +7,7 @@
 //!
 //! ```text
 //!   far layer    samples covered and not in `near_samples`    depth `far`     the part's depth
-//!   near layer   samples in `near.samples`                    depth `near`    not farther than `far`
+//!   near layer   samples in `near.samples`                    depth `near`    nearer than `far`
 //! ```
 //!
 //! A triangle takes over the samples that it covers in layers farther than itself, and those not yet covered: the
@@ -133,30 +133,35 @@ fn merge_layer([mut far, mut near]: [Layer; 2], mut new: Layer) -> [Layer; 2] {
     };
     match (a.samples, b.samples) {
         (0, 0) => [c, EMPTY],
-        (0, _) => [b, c],
+        (0, _) => distinct(b, c),
         _ => {
             // Depth is near / distance: the gap between distances 1/a and 1/b is (b − a) / (a·b). Both sides are
             // multiplied by a·b·c. For depths that are −distance it is a guess; any choice is safe.
             let farther_two_are_closer =
                 (b.depth - a.depth) * c.depth.abs() <= (c.depth - b.depth) * a.depth.abs();
             if farther_two_are_closer {
-                [
-                    Layer {
-                        samples: a.samples | b.samples,
-                        depth: a.depth,
-                    },
-                    c,
-                ]
+                distinct(joined(a, b), c)
             } else {
-                [
-                    a,
-                    Layer {
-                        samples: b.samples | c.samples,
-                        depth: b.depth,
-                    },
-                ]
+                distinct(a, joined(b, c))
             }
         }
+    }
+}
+
+/// Two layers as one, at the depth of the first, the farther.
+fn joined(far: Layer, near: Layer) -> Layer {
+    Layer {
+        samples: far.samples | near.samples,
+        depth: far.depth,
+    }
+}
+
+/// Two layers, or one if they have the same depth: a surface in pieces is kept as one in a piece.
+fn distinct(far: Layer, near: Layer) -> [Layer; 2] {
+    if far.depth == near.depth {
+        [joined(far, near), EMPTY]
+    } else {
+        [far, near]
     }
 }
 
@@ -237,7 +242,7 @@ mod tests {
             }
             let [far, near] = part;
             assert_eq!(far.samples & near.samples, 0);
-            assert!(near.samples == 0 || far.samples != 0 && far.depth <= near.depth);
+            assert!(near.samples == 0 || far.samples != 0 && far.depth < near.depth);
             for (bit, depth) in exact.into_iter().enumerate() {
                 let of = |l: Layer| (l.samples >> bit & 1 == 1).then_some(l.depth);
                 let bound = of(far).or(of(near));

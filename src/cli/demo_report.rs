@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use antumbra::measure::Report;
 
-use super::output::{percent, thousands};
+use super::output::{count_of, percent, thousands};
 
 /// The names of the demo's pictures.
 #[derive(Debug, Default)]
@@ -59,18 +59,13 @@ pub fn report_page(report: &Report, pictures: &Pictures) -> String {
         "<div class=\"numbers\">\
          <div><b>{:.1} %</b>of the hidden objects culled</div>\
          <div><b>{}</b>wrong pixels in {} frames</div>\
-         <div><b>{:.2} ms</b>a frame, {} {}, {}</div>\
+         <div><b>{:.2} ms</b>a frame, {}, {}</div>\
          <div><b>{:.0} %</b>of the triangles in the frustum left to draw</div></div>",
         percent(culled, hidden),
         totals.wrong_pixels,
         report.frames.len(),
         totals.time_us_mean.total / 1000.0,
-        report.settings.threads,
-        if report.settings.threads == 1 {
-            "thread"
-        } else {
-            "threads"
-        },
+        count_of(report.settings.threads as u64, "thread"),
         report.settings.simd,
         percent(drawn, unculled),
     ));

@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::path::Path;
 use std::process::ExitCode;
 
-use antumbra_simd::LevelUnavailable;
+use antumbra::cull::LevelUnavailable;
 use thiserror::Error;
 
 /// Why a command ended early.

@@ -1,6 +1,6 @@
 //! `antumbra info`: what this build can use on this machine.
 
-use antumbra_simd::Level;
+use antumbra::cull::Level;
 use clap::Args;
 
 use super::failure::Failure;
@@ -14,14 +14,27 @@ pub struct Info {}
 impl Info {
     /// Prints it all.
     pub fn run(self) -> Result<(), Failure> {
-        let found: Vec<String> = Level::available().iter().map(ToString::to_string).collect();
+        let names = |levels: &[Level]| -> String {
+            levels
+                .iter()
+                .map(ToString::to_string)
+                .collect::<Vec<_>>()
+                .join(", ")
+        };
         say(format_args!("antumbra {}", env!("CARGO_PKG_VERSION")))?;
         say(format_args!(
             "machine: {} {}",
             std::env::consts::OS,
             std::env::consts::ARCH
         ))?;
-        say(format_args!("instruction sets found: {}", found.join(", ")))?;
+        say(format_args!(
+            "instruction sets found: {}",
+            names(&Level::of_machine())
+        ))?;
+        say(format_args!(
+            "instruction sets built: {}",
+            names(Level::available())
+        ))?;
         say(format_args!("instruction set chosen: {}", Level::best()))?;
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
         say(format_args!("threads: {threads}"))

@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::failure::Failure;
 use super::options::{CullOptions, FrameOptions, load_path, load_scene};
-use super::output::{percent, say, thousands};
+use super::output::{count_of, percent, say};
 use super::progress;
 use super::render::{file_name, no_threads};
 
@@ -92,15 +92,14 @@ impl Measure {
 fn table(name: &str, report: &Report) -> String {
     let s = &report.settings;
     let mut out = format!(
-        "{name}: {} objects, {} triangles; {}x{}, {}, budget {}, {} {}, {}\n\n",
-        thousands(report.scene.objects),
-        thousands(report.scene.triangles),
+        "{name}: {}, {}; {}x{}, {}, budget {}, {}, {}\n\n",
+        count_of(report.scene.objects, "object"),
+        count_of(report.scene.triangles, "triangle"),
         s.size[0],
         s.size[1],
         s.accuracy,
         s.budget,
-        s.threads,
-        if s.threads == 1 { "thread" } else { "threads" },
+        count_of(s.threads as u64, "thread"),
         s.simd,
     );
     out += " frame | in frustum  visible   hidden   culled      % | false   wrong px |   select   raster  \

@@ -4,12 +4,12 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use antumbra::cull::Level;
 use antumbra::cull::Settings;
 use antumbra::occluders::Budget;
 use antumbra::occlusion::Accuracy;
 use antumbra::scene::Scene;
 use antumbra::view::{CameraPath, PictureSize};
-use antumbra_simd::Level;
 use clap::{Args, ValueEnum};
 
 use super::failure::Failure;

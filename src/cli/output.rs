@@ -52,6 +52,12 @@ pub fn thousands(count: u64) -> String {
     grouped
 }
 
+/// A count of things, thousands apart: `1 object`, `2,000 objects`.
+pub fn count_of(count: u64, thing: &str) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    format!("{} {thing}{plural}", thousands(count))
+}
+
 /// `part` of `whole` in per cent; of nothing, everything.
 pub fn percent(part: u64, whole: u64) -> f64 {
     if whole == 0 {

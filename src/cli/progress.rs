@@ -21,6 +21,7 @@ pub fn bar(work: &'static str, count: usize) -> ProgressBar {
 /// A sign of life during a work of unknown length.
 pub fn spinner(work: String) -> ProgressBar {
     let spinner = ProgressBar::with_draw_target(None, target());
+    spinner.set_style(ProgressStyle::default_spinner());
     spinner.set_message(work);
     // A bar that is not drawn needs no thread to draw it.
     if !spinner.is_hidden() {

@@ -11,7 +11,7 @@ use clap::Args;
 
 use super::failure::Failure;
 use super::options::{CullOptions, FrameOptions, load_path, load_scene, make_folder};
-use super::output::{percent, say, thousands};
+use super::output::{count_of, percent, say, thousands};
 use super::outside::camera_outside;
 use super::progress;
 
@@ -193,12 +193,11 @@ impl Sum {
     fn describe(&self, name: &str, scene: &Scene, frames: usize) -> String {
         let culled = self.in_frustum.saturating_sub(self.visible);
         format!(
-            "{name}: {} objects, {} triangles; {frames} {}: {} objects in the frustum, {} culled ({:.1} %), \
-             {} visible; culling took {:.2} ms a frame",
-            thousands(scene.objects().len() as u64),
-            thousands(scene.triangle_count()),
-            if frames == 1 { "frame" } else { "frames" },
-            thousands(self.in_frustum),
+            "{name}: {}, {}; {}: {} in the frustum, {} culled ({:.1} %), {} visible; culling took {:.2} ms a frame",
+            count_of(scene.objects().len() as u64, "object"),
+            count_of(scene.triangle_count(), "triangle"),
+            count_of(frames as u64, "frame"),
+            count_of(self.in_frustum, "object"),
             thousands(culled),
             percent(culled, self.in_frustum),
             thousands(self.visible),

@@ -14,7 +14,6 @@ mod traverse;
 use std::sync::Arc;
 use std::time::Instant;
 
-use antumbra_simd::Level;
 use antumbra_simd::triangle::Triangle;
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
@@ -25,6 +24,7 @@ use crate::raster::ObjectAssembler;
 use crate::scene::Scene;
 use crate::view::{Camera, Frustum, PictureSize};
 
+pub use antumbra_simd::{Level, LevelUnavailable};
 pub use statistics::{StageTimes, Statistics};
 
 /// Objects that are asked, and then drawn, together. An answer sees only what whole batches before its own have
@@ -247,7 +247,7 @@ fn draw_occluders(
                     let mut triangles = Vec::new();
                     let mesh = occluder_mesh(scene, object);
                     assembler.assemble(mesh, &object.world_from_local, occludes, |t| {
-                        triangles.push(t.triangle)
+                        triangles.push(t.triangle);
                     });
                     triangles
                 },

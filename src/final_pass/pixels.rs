@@ -13,7 +13,7 @@ use crate::view::{Camera, PictureSize};
 const ROWS_PER_BAND: usize = 32;
 
 /// Triangles assembled before they are drawn: bounds the memory of a frame.
-const TRIANGLES_PER_FLUSH: usize = 200_000;
+const TRIANGLES_PER_FLUSH: usize = 50_000;
 
 /// One covered sample of an object.
 #[derive(Clone, Copy, Debug)]
@@ -69,7 +69,7 @@ pub fn draw_objects<'a, P: Send>(
                     let mut triangles = Vec::new();
                     let mesh = &scene.meshes()[placed.mesh];
                     assembler.assemble(mesh, &placed.world_from_local, &wanted, |t| {
-                        triangles.push(t)
+                        triangles.push(t);
                     });
                     triangles
                 },

@@ -30,7 +30,8 @@ impl Visibility {
 pub struct Occluder<'a> {
     /// Positions and indices, local coordinates.
     pub geometry: Geometry<'a>,
-    /// From local to world coordinates.
+    /// From local to world coordinates. Answers are exact as long as local coordinates, times the matrix's scale, and
+    /// its translation are not a thousand times larger than the world coordinates that they cancel to.
     pub world_from_local: DAffine3,
     /// Which faces to leave out. A face's front is where its vertices run counter-clockwise in local coordinates: a
     /// matrix that mirrors does not turn a mesh inside out.
@@ -139,7 +140,7 @@ impl OcclusionBuffer {
         self.triangles.clear();
         self.assembler
             .assemble(occluder.geometry, &screen, size, cull, |t, _| {
-                self.triangles.push(t)
+                self.triangles.push(t);
             });
         self.tiles.fill(&self.triangles);
         self.finished = false;

@@ -126,8 +126,7 @@ impl Screen {
     /// `X = λ·W` is a plane through the eye (or, orthographic, along the view); it touches the ball where the centre
     /// is `radius` away from it: a quadratic in λ, whose roots are the extremes on screen.
     pub fn footprint_of_sphere(&self, center: DVec3, radius: f64) -> Footprint {
-        // Written so that a NaN ends here.
-        if !(radius >= 0.0) {
+        if radius.is_nan() || radius < 0.0 {
             return Footprint::Unbounded;
         }
         let relative = center - self.camera.eye();
@@ -137,7 +136,9 @@ impl Screen {
         let (w, ww) = (at(t.w), vector(t.w).length_squared());
         let nearest_w = w - radius * self.norms.w;
         let depth = at(t.depth) + radius * self.norms.depth;
-        if !(nearest_w > 0.0 && depth < t.near_depth * nearest_w) {
+        // A ball that all but reaches the eye's plane: `a` below would be all rounding.
+        let clear_of_the_eye = nearest_w > w * 2e-6;
+        if !(clear_of_the_eye && depth < t.near_depth * nearest_w) {
             return Footprint::Unbounded;
         }
         let extremes = |row: [f64; 4]| {

@@ -92,7 +92,7 @@ impl Test<'_> {
         let pixels = side(columns) * side(rows);
         let transparent = uncovered == pixels;
         // Predictive rejection (HOM §5.3.4): a cell wholly in the rectangle, less opaque on average than level 0's
-        // threshold, has a tile that fails.
+        // threshold, has a tile that fails (or, at the picture's border, tiles too small to average with).
         let in_rect = |cell: [i32; 2], rect: [i32; 2]| rect[0] <= cell[0] && cell[1] <= rect[1];
         let below_threshold =
             u64::from(uncovered) * 64 > u64::from(self.ignored) * u64::from(pixels);

@@ -213,7 +213,9 @@ impl Camera {
         projection: Projection,
     ) -> Result<Camera, ViewError> {
         for (what, v) in [("the eye", eye), ("the target", target), ("up", up)] {
-            if !(v.abs().max_element() <= 1e30) {
+            // False for a NaN.
+            let in_range = v.abs().cmple(DVec3::splat(1e30)).all();
+            if !in_range {
                 return Err(ViewError::NotFinite { what });
             }
         }

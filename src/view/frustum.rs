@@ -5,6 +5,9 @@ use glam::DVec3;
 use super::{Camera, PictureSize, Projection};
 use crate::scene::Aabb;
 
+/// What rounding may amount to, as a part of the coordinates: ten operations of 2⁻⁵³ each, and a wide margin.
+const ROUNDING: f64 = 1.0 / (1_u64 << 40) as f64;
+
 /// Which of the frustum's six planes a box still has to be tested against; a node's children need not repeat what the
 /// node has passed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,21 +66,31 @@ impl Frustum {
         let far = projection
             .far()
             .map_or((DVec3::ZERO, 0.0), |far| (-forward, far));
+        // A box may touch a plane just where an object lies, and the eye's coordinates be the largest of all: the planes
+        // stand back by far more than the subtraction of the eye and the plane's own distance are rounded.
+        let reach = camera.eye().abs().max_element();
+        let planes = [
+            sides[0],
+            sides[1],
+            sides[2],
+            sides[3],
+            (forward, -projection.near()),
+            far,
+        ]
+        .map(|(normal, offset): (DVec3, f64)| {
+            (
+                normal,
+                offset + (normal.length() * reach + offset.abs()) * ROUNDING,
+            )
+        });
         Frustum {
             eye: camera.eye(),
-            planes: [
-                sides[0],
-                sides[1],
-                sides[2],
-                sides[3],
-                (forward, -projection.near()),
-                far,
-            ],
+            planes,
         }
     }
 
-    /// Where a world box lies, tested against `planes` only. Rounding never turns a box that meets the frustum by
-    /// more than one part in 2⁴⁰ of its coordinates into one outside.
+    /// Where a world box lies, tested against `planes` only. A box that is larger than what it holds by one part in 2⁴⁰
+    /// of its coordinates, as a scene's boxes are, is never outside where what it holds would be drawn.
     pub fn contains(&self, bounds: &Aabb, planes: Planes) -> Containment {
         let (min, max) = (bounds.min - self.eye, bounds.max - self.eye);
         let mut left = 0;

@@ -75,6 +75,8 @@ impl Bystander {
             .iter()
             .fold(Aabb::EMPTY, |all, &b| all.union(b));
         let mut points = vec![eye];
+        // An orthographic camera is as wide as what it shows.
+        points.extend(frustum_corners(observed, 0.0, size.aspect()));
         for &object in &set.in_frustum {
             let bounds = scene.bounds()[object as usize];
             let center = bounds.center();
@@ -199,10 +201,13 @@ fn reach(scene: &Scene, camera: &Camera, set: &VisibleSet) -> f64 {
         .filter(|d| *d > 0.0)
         .collect();
     distances.sort_unstable_by(f64::total_cmp);
-    let near = camera.projection().near().abs();
+    let least = match *camera.projection() {
+        Projection::Perspective { near, .. } => near * 8.0,
+        Projection::Orthographic { height, .. } => height * 0.5,
+    };
     let most = (distances.len() as f64 * SHOWN_SHARE) as usize;
     let reach = distances.get(most).or(distances.last());
-    reach.copied().unwrap_or(0.0).max(near * 8.0).max(1e-6)
+    reach.copied().unwrap_or(0.0).max(least)
 }
 
 /// The camera's heading in the level plane.

@@ -31,6 +31,8 @@ const VISIBLE: Ink = Ink::opaque([240, 165, 10]);
 const TEXT_SCALE: usize = 2;
 const TEXT_HEIGHT: usize = font::HEIGHT as usize * TEXT_SCALE + 4;
 const MARGIN: usize = 20;
+const PYRAMID_CAPTION: &str =
+    "occlusion maps: white = opaque, black = open; each level averages 2x2 cells";
 /// The third person's picture is at least this high and wide, however small the main one.
 const SMALLEST_VIEW: usize = 480;
 
@@ -54,7 +56,11 @@ pub struct PictureFrame<'a> {
 pub fn overlay_image(frame: &PictureFrame<'_>, picture: &Image, title: &str) -> Image {
     let view_height = picture.height().max(SMALLEST_VIEW);
     let view_width = (view_height * 11 / 10).max(legend::WIDTH);
-    let left_width = picture.width().max(pyramid::width(frame.map));
+    let left_width = picture
+        .width()
+        .max(pyramid::width(frame.map))
+        .max(text_width(title))
+        .max(text_width(PYRAMID_CAPTION));
     let top = MARGIN + TEXT_HEIGHT + 6;
     let below = top + view_height + MARGIN;
     let bottom_height = (TEXT_HEIGHT + 6 + pyramid::height(frame.map)).max(legend::HEIGHT);
@@ -78,12 +84,14 @@ pub fn overlay_image(frame: &PictureFrame<'_>, picture: &Image, title: &str) -> 
         canvas.image(&third_person::draw(frame, size), [right, top]);
     }
 
-    let caption =
-        "occlusion map pyramid: black = open, white = opaque; each level averages 2x2 cells";
-    canvas.text(caption, [MARGIN, below], TEXT_SCALE, INK);
+    canvas.text(PYRAMID_CAPTION, [MARGIN, below], TEXT_SCALE, INK);
     pyramid::draw(&mut canvas, frame.map, [MARGIN, below + TEXT_HEIGHT + 6]);
     legend::draw(&mut canvas, frame.set, [right, below]);
     canvas.into_image()
+}
+
+fn text_width(text: &str) -> usize {
+    font::width_of(text).unsigned_abs() as usize * TEXT_SCALE
 }
 
 mod legend {
@@ -104,7 +112,7 @@ mod legend {
         let culled = in_frustum.saturating_sub(visible);
         let share = |part: usize| part as f64 * 100.0 / in_frustum.max(1) as f64;
         let rows = [
-            format!("camera and frustum: {in_frustum} objects in it"),
+            format!("camera and frustum; objects in it: {in_frustum}"),
             format!(
                 "drawn as occluders: {}, {} triangles",
                 set.occluders.len(),

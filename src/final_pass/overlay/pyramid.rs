@@ -1,7 +1,7 @@
 //! The pyramid of occlusion maps as a row of grey pictures, the finest first (HOM figure 4.1): white is opaque.
 
 use super::canvas::{Canvas, Ink};
-use super::{FAINT, INK, TEXT_HEIGHT, TEXT_SCALE, font};
+use super::{FAINT, INK, TEXT_HEIGHT, TEXT_SCALE, text_width};
 use crate::final_pass::Image;
 use crate::occlusion::OcclusionMap;
 
@@ -74,10 +74,9 @@ fn cell_edge(map: &OcclusionMap, level: usize) -> usize {
 }
 
 fn column_width(map: &OcclusionMap, level: usize) -> usize {
-    let text = |text: &str| font::width_of(text) as usize * TEXT_SCALE;
     (map.width_of_level(level) * cell_edge(map, level))
-        .max(text(&name_of(level)))
-        .max(text(&size_of(map, level)))
+        .max(text_width(&name_of(level)))
+        .max(text_width(&size_of(map, level)))
 }
 
 /// A level with its cells as squares, grey as they are opaque.

@@ -101,19 +101,22 @@ fn draw_boxes(canvas: &mut Canvas, frame: &PictureFrame<'_>, bystander: &Bystand
         .in_frustum
         .iter()
         .partition(|o| frame.set.visible.binary_search(o).is_ok());
+    let bounds_of = |&object: &u32| &frame.scene.bounds()[object as usize];
+    let is_long = |b: &Aabb| b.size().max_element() > LONG_BOX * bystander.reach;
     let mut wires = |objects: &[u32], width: f32, ink: Ink| {
-        for &object in objects {
-            let bounds = &frame.scene.bounds()[object as usize];
-            if !bystander.is_cut(bounds) {
-                let edges = outline(bystander, bounds);
-                let long = bounds.size().max_element() > LONG_BOX * bystander.reach;
-                let (width, opacity) = match (long, is_small(&edges)) {
-                    (true, _) => (width, ink.opacity / 4),
-                    (false, true) => (1.0, ink.opacity / 2),
-                    (false, false) => (width, ink.opacity),
-                };
-                canvas.lines(&edges, width, ink.with_opacity(opacity));
+        let long_boxes = objects.iter().map(bounds_of).filter(|b| is_long(b)).count();
+        let faint = (usize::from(ink.opacity) / (4 + long_boxes / 12)).max(12) as u8;
+        for bounds in objects.iter().map(bounds_of) {
+            if bystander.is_cut(bounds) {
+                continue;
             }
+            let edges = outline(bystander, bounds);
+            let (width, opacity) = match (is_long(bounds), is_small(&edges)) {
+                (true, _) => (1.0, faint),
+                (false, true) => (1.0, ink.opacity / 2),
+                (false, false) => (width, ink.opacity),
+            };
+            canvas.lines(&edges, width, ink.with_opacity(opacity));
         }
     };
     // Very many boxes together are a haze, through which single ones still show.

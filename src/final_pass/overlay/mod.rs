@@ -66,6 +66,9 @@ pub fn overlay_image(frame: &PictureFrame<'_>, picture: &Image, title: &str) -> 
     let bottom_height = (TEXT_HEIGHT + 6 + pyramid::height(frame.map)).max(legend::HEIGHT);
     let right = MARGIN + left_width + MARGIN;
 
+    // Drawn before the sheet is made: it takes the most memory while it is drawn.
+    let third_person = PictureSize::new(view_width as u32, view_height as u32)
+        .map(|size| third_person::draw(frame, size));
     let mut canvas = Canvas::new(
         right + view_width + MARGIN,
         below + bottom_height + MARGIN,
@@ -80,8 +83,8 @@ pub fn overlay_image(frame: &PictureFrame<'_>, picture: &Image, title: &str) -> 
         TEXT_SCALE,
         INK,
     );
-    if let Ok(size) = PictureSize::new(view_width as u32, view_height as u32) {
-        canvas.image(&third_person::draw(frame, size), [right, top]);
+    if let Ok(view) = third_person {
+        canvas.image(&view, [right, top]);
     }
 
     canvas.text(PYRAMID_CAPTION, [MARGIN, below], TEXT_SCALE, INK);

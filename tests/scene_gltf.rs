@@ -9,15 +9,6 @@ use serde_json::json;
 
 const CORNERS: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 
-#[track_caller]
-fn loaded(gltf: &Gltf) -> Scene {
-    load("scene.glb", gltf.glb()).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn names(scene: &Scene) -> Vec<&str> {
-    scene.objects().iter().map(|o| o.name.as_str()).collect()
-}
-
 #[test]
 fn a_binary_file_carries_its_buffer() {
     let scene = loaded(&Gltf::triangle());

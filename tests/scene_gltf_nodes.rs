@@ -2,19 +2,9 @@
 
 mod scene_files;
 
-use antumbra::scene::Scene;
 use glam::{DMat3, DVec3};
 use scene_files::*;
 use serde_json::{Value, json};
-
-#[track_caller]
-fn loaded(gltf: &Gltf) -> Scene {
-    load("scene.glb", gltf.glb()).unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn names(scene: &Scene) -> Vec<&str> {
-    scene.objects().iter().map(|o| o.name.as_str()).collect()
-}
 
 #[test]
 fn transforms_are_composed_down_the_tree_in_f64() {

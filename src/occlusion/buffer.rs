@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3};
 
 use super::{Accuracy, Footprint, OcclusionMap, Screen, is_behind, is_covered, is_covered_so_far};
 use crate::raster::{Assembler, CullMode, Geometry, TileBuffer};
-use crate::scene::Aabb;
+use crate::scene::{Aabb, is_mirroring};
 use crate::view::{Camera, PictureSize};
 
 /// The answer to a question.
@@ -131,7 +131,7 @@ impl OcclusionBuffer {
             .screen
             .camera()
             .screen_from_local(size, &occluder.world_from_local);
-        let mirrored = occluder.world_from_local.matrix3.determinant() < 0.0;
+        let mirrored = is_mirroring(&occluder.world_from_local);
         let cull = if mirrored {
             occluder.cull_mode.mirrored()
         } else {

@@ -4,7 +4,7 @@ use antumbra_simd::triangle::{CullMode, Triangle};
 use glam::DAffine3;
 
 use super::{Assembler, Positions};
-use crate::scene::{Material, Mesh};
+use crate::scene::{Material, Mesh, is_mirroring};
 use crate::view::{Camera, PictureSize};
 
 /// A triangle of an object, ready to be filled, and where it comes from.
@@ -54,7 +54,7 @@ impl ObjectAssembler {
             return;
         }
         let screen = self.camera.screen_from_local(self.size, world_from_local);
-        let mirrored = world_from_local.matrix3.determinant() < 0.0;
+        let mirrored = is_mirroring(world_from_local);
         self.assembler
             .transform(Positions::packed(&mesh.positions), &screen);
         for surface in mesh.surfaces.iter().filter(|s| wanted(&s.material)) {

@@ -162,11 +162,16 @@ fn read_file(path: &Path, at_most: u64) -> std::io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
+/// Whether a placement turns left hands into right ones.
+pub(crate) fn is_mirroring(placement: &DAffine3) -> bool {
+    placement.matrix3.determinant() < 0.0
+}
+
 impl Object {
     /// Whether the placement turns left hands into right ones. A mirrored object's triangles wind the other way in the
     /// world; its front faces are still those that wind counter-clockwise in the mesh (glTF 2.0, §3.7.4).
     pub fn is_mirrored(&self) -> bool {
-        self.world_from_local.matrix3.determinant() < 0.0
+        is_mirroring(&self.world_from_local)
     }
 }
 

@@ -51,6 +51,17 @@ pub fn load(name: &str, bytes: impl AsRef<[u8]>) -> Result<Scene, SceneError> {
     Scene::load(&folder.write(name, bytes))
 }
 
+/// The scene of a sound file.
+#[track_caller]
+pub fn loaded(gltf: &Gltf) -> Scene {
+    load("scene.glb", gltf.glb()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The names of its objects, in order.
+pub fn names(scene: &Scene) -> Vec<&str> {
+    scene.objects().iter().map(|o| o.name.as_str()).collect()
+}
+
 /// The message of the error that loading ends in, which must name the file and each of `parts`.
 #[track_caller]
 pub fn assert_refused(name: &str, bytes: impl AsRef<[u8]>, parts: &[&str]) -> String {

@@ -7,7 +7,7 @@ use antumbra::view::PictureSize;
 use antumbra_simd::GUARD_BAND;
 use antumbra_simd::coverage::PART_MASKS;
 use antumbra_simd::tile::UNCOVERED;
-use antumbra_simd::triangle::{CullMode, Triangle};
+use antumbra_simd::triangle::{CullMode, DepthPlane, Triangle};
 use antumbra_simd::vertex::ScreenVertex;
 use num_rational::BigRational;
 use oracle::{Chance, cases, vertex};
@@ -114,15 +114,8 @@ proptest! {
 proptest! {
     #![proptest_config(cases(1_500))]
 
-    /// Let u = 2⁻⁵³, R the range of the vertices' depths, D the largest of their magnitudes, E the triangle's larger
-    /// extent in sub-pixels, A twice its area. A slope is a sum of two products of a depth difference (≤ R) and an
-    /// extent (≤ E), times 256 / A; rounding each of its five operations once leaves it within 5u·S, S = 2RE·256/A.
-    /// The distance of a covered sample from the first vertex is exact and at most E / 256, so each of the two
-    /// products is off by 6u·Q, Q = S·E/256 = 2RE²/A, and the two additions by u(D + Q) + u(D + 2Q). Together less
-    /// than u(16Q + 3D), second-order terms included. The clamp moves towards the exact value, which lies between the
-    /// vertices'. Last comes one rounding to f32.
-    ///
-    /// So a sliver, with E² / A up to 2⁴⁸, may be off by its whole range, and by nothing more.
+    /// The bound that the docs of [`DepthPlane`] derive, and one rounding to f32. A sliver may be off by its whole range,
+    /// by nothing more, and is never too near.
     #[test]
     fn a_depth_is_within_a_bound_of_the_exact_plane(corners in corners()) {
         let Some(t) = set_up(corners) else { return Ok(()) };
@@ -135,20 +128,21 @@ proptest! {
         let (pa, pb, pc) = (place(a), place(b), place(c));
         let area = cross(pa, pb, pc);
         let span = |p: i64, q: i64, r: i64| p.max(q).max(r) - p.min(q).min(r);
-        let extent = span(pa.0, pb.0, pc.0).max(span(pa.1, pb.1, pc.1));
+        let (width, height) = (span(pa.0, pb.0, pc.0), span(pa.1, pb.1, pc.1));
         let [farthest, nearest] = range(&corners);
-        let u = 2_f64.powi(-53);
         let largest = farthest.abs().max(nearest.abs());
         let range = exact(nearest) - exact(farthest);
-        let q = range.clone() * whole(2 * extent) * whole(extent) / whole(area.abs());
-        let in_f64 = exact(16.0 * u) * q + exact(3.0 * u * largest);
-        let bound = in_f64.min(range) + exact(largest * 2_f64.powi(-24) + 2_f64.powi(-150));
+        let is_sliver = width as f64 * height as f64 > 16_777_216.0 * area.abs() as f64;
+        let slope_error = exact(DepthPlane::SLOPE_ERROR) * range.clone();
+        let slack = exact(largest * (2_f64.powi(-24) + 2_f64.powi(-50)) + 2_f64.powi(-150));
+        let bound = if is_sliver { range } else { slope_error } + slack.clone();
         for (x, y, depth) in covered.into_iter().step_by(7) {
             let p = (256 * i64::from(x) + 128, 256 * i64::from(y) + 128);
             let plane = exact(a.depth) * whole(cross(pb, pc, p))
                 + exact(b.depth) * whole(cross(pc, pa, p))
                 + exact(c.depth) * whole(cross(pa, pb, p));
             let error = plane / whole(area) - exact(f64::from(depth));
+            prop_assert!(!is_sliver || error >= -slack.clone(), "({}, {}): {} is too near", x, y, depth);
             let error = if error < whole(0) { -error } else { error };
             prop_assert!(error <= bound, "({}, {}): {} off by {}", x, y, depth, error);
         }

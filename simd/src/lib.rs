@@ -31,13 +31,13 @@ pub const SUBPIXELS: i32 = 256;
 /// Pixels along the edge of a tile.
 pub const TILE_SIZE: i32 = 8;
 
-/// Depth is kept for parts of a tile this many pixels wide and high.
-pub const PART_SIZE: i32 = 4;
+/// Depth is kept for parts of a tile as wide as the tile and this many pixels high.
+pub const PART_HEIGHT: i32 = 4;
 
-/// Depth parts in a tile, row by row.
-pub const PARTS_PER_TILE: usize = 4;
+/// Depth parts in a tile, from the upper to the lower.
+pub const PARTS_PER_TILE: usize = 2;
 
 /// Vertices farther than this many sub-pixels from the picture's corner are clipped: 2^15 pixels.
 pub const GUARD_BAND: i32 = (1 << 15) * SUBPIXELS;
 
-const _: () = assert!(PARTS_PER_TILE as i32 * PART_SIZE * PART_SIZE == TILE_SIZE * TILE_SIZE);
+const _: () = assert!(PARTS_PER_TILE as i32 * PART_HEIGHT == TILE_SIZE);

@@ -17,7 +17,7 @@
 
 use crate::coverage::PART_MASKS;
 use crate::triangle::Triangle;
-use crate::{PART_SIZE, PARTS_PER_TILE, TILE_SIZE};
+use crate::{PART_HEIGHT, PARTS_PER_TILE, TILE_SIZE};
 
 /// The depth of a layer without samples: nearest possible, so that the depth test ignores a part without coverage
 /// (HOM §6.4) and the overlap test decides.
@@ -57,16 +57,17 @@ pub fn merge(
         if samples == 0 {
             continue;
         }
-        let column = part as i32 % (TILE_SIZE / PART_SIZE);
-        let row = part as i32 / (TILE_SIZE / PART_SIZE);
         let (x, y) = (
-            tile_x * TILE_SIZE + column * PART_SIZE,
-            tile_y * TILE_SIZE + row * PART_SIZE,
+            tile_x * TILE_SIZE,
+            tile_y * TILE_SIZE + part as i32 * PART_HEIGHT,
         );
         // No covered sample lies outside the triangle's own extent.
         let triangle_depth = triangle.depth.farthest_over(
-            [x.max(triangle.x[0]), (x + PART_SIZE - 1).min(triangle.x[1])],
-            [y.max(triangle.y[0]), (y + PART_SIZE - 1).min(triangle.y[1])],
+            [x.max(triangle.x[0]), (x + TILE_SIZE - 1).min(triangle.x[1])],
+            [
+                y.max(triangle.y[0]),
+                (y + PART_HEIGHT - 1).min(triangle.y[1]),
+            ],
         );
         let near_samples = near.samples & part_mask;
         let [new_far, new_near] = merge_layer(

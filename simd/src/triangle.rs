@@ -52,37 +52,60 @@ pub struct Edge {
 /// rectangle of samples is therefore the value at one of the corners, exactly: [`DepthPlane::farthest_over`] needs no
 /// error bound.
 ///
-/// The clamp keeps a sliver, whose slope is all rounding, between its own vertices.
+/// The clamp keeps a sliver, whose slope is all rounding, between its own vertices; one whose bounding box is more than
+/// 2²⁴ times its own area is given its farthest depth everywhere. For any other, let `R` be the range of the vertices'
+/// depths and `D` the largest of their magnitudes. A slope times the extent along it is at most `Q = 2R·w·h/a`, with
+/// extents `w`, `h` and twice the area `a`, so at most `2²⁵·R`. In units of 2⁻⁵³ each of the slopes is off by `5Q`, each
+/// product by `Q` more, the two sums by `D + Q` and `D + 2Q`: the formula lies within 2⁻²³·R + 2⁻⁵⁰·D of the plane
+/// through the snapped vertices ([`DepthPlane::SLOPE_ERROR`]), before it is rounded to f32.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DepthPlane {
-    origin_x: f64,
-    origin_y: f64,
-    depth: f64,
-    slope_x: f64,
-    slope_y: f64,
-    farthest: f64,
-    nearest: f64,
+    /// The first vertex's column, counting samples.
+    pub origin_x: f64,
+    /// The first vertex's row, counting samples.
+    pub origin_y: f64,
+    /// The first vertex's depth.
+    pub depth: f64,
+    /// What one sample to the right adds.
+    pub slope_x: f64,
+    /// What one sample down adds.
+    pub slope_y: f64,
+    /// The least of the vertices' depths.
+    pub farthest: f64,
+    /// The largest of the vertices' depths.
+    pub nearest: f64,
 }
 
+/// A sliver's bounding box is more than this many times twice its area.
+const SLIVER: f64 = (1_u64 << 24) as f64;
+
 impl DepthPlane {
+    /// How far the formula may lie from the real plane, as a part of the range of the vertices' depths.
+    pub const SLOPE_ERROR: f64 = 1.0 / (1_u64 << 23) as f64;
+
     fn through(v: [ScreenVertex; 3], twice_area: i64) -> DepthPlane {
         let [v0, v1, v2] = v;
         let delta = |a: i32, b: i32| f64::from(a - b);
         let (d1, d2) = (v1.depth - v0.depth, v2.depth - v0.depth);
         // Exact: the area stays below 2^53, and a power of two scales it to samples.
-        let per_sample = f64::from(SUBPIXELS) / twice_area as f64;
+        let area = twice_area as f64;
+        let extent = |a: i32, b: i32, c: i32| f64::from(a.max(b).max(c) - a.min(b).min(c));
+        let is_sliver = extent(v0.x, v1.x, v2.x) * extent(v0.y, v1.y, v2.y) > SLIVER * area;
+        let per_sample = f64::from(SUBPIXELS) / area;
         let slope_x = (d1 * delta(v2.y, v0.y) - d2 * delta(v1.y, v0.y)) * per_sample;
         let slope_y = (d2 * delta(v1.x, v0.x) - d1 * delta(v2.x, v0.x)) * per_sample;
         let to_samples = |v: i32| f64::from(v - SUBPIXELS / 2) / f64::from(SUBPIXELS);
         let lesser = |a: f64, b: f64| if b < a { b } else { a };
         let greater = |a: f64, b: f64| if b > a { b } else { a };
+        let farthest = lesser(lesser(v0.depth, v1.depth), v2.depth);
+        let unless_sliver = |sloped: f64, flat: f64| if is_sliver { flat } else { sloped };
         DepthPlane {
             origin_x: to_samples(v0.x),
             origin_y: to_samples(v0.y),
-            depth: v0.depth,
-            slope_x,
-            slope_y,
-            farthest: lesser(lesser(v0.depth, v1.depth), v2.depth),
+            depth: unless_sliver(v0.depth, farthest),
+            slope_x: unless_sliver(slope_x, 0.0),
+            slope_y: unless_sliver(slope_y, 0.0),
+            farthest,
             nearest: greater(greater(v0.depth, v1.depth), v2.depth),
         }
     }

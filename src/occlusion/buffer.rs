@@ -1,6 +1,6 @@
 //! The query interface for engines that have their own scene.
 
-use antumbra_simd::PARTS_PER_TILE;
+use antumbra_simd::PART_HEIGHT;
 use antumbra_simd::triangle::Triangle;
 use glam::{DAffine3, DVec3};
 
@@ -233,8 +233,7 @@ impl OcclusionBuffer {
         );
         let tile = y / 8 * size.tiles_across() + x / 8;
         let (column, row) = (x % 8, y % 8);
-        let part = row / 4 * 2 + column / 4;
-        debug_assert!(part < PARTS_PER_TILE);
+        let part = row / PART_HEIGHT as usize;
         (self.tiles.coverage()[tile] >> (row * 8 + column) & 1 == 1)
             .then(|| self.tiles.depths()[tile][part])
     }

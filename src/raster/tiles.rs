@@ -57,8 +57,7 @@ impl TileBuffer {
         &self.coverage
     }
 
-    /// For each 4×4 part of each tile, upper left, upper right, lower left, lower right: the farthest depth of the
-    /// nearest occluder surfaces over the covered samples, or farther; [`UNCOVERED`] where none is covered. Depths
+    /// For the upper and the lower half of each tile: the farthest depth of the nearest occluder surfaces over the covered samples, or farther; [`UNCOVERED`] where none is covered. Depths
     /// are the larger the nearer.
     pub fn depths(&self) -> &[[f32; PARTS_PER_TILE]] {
         &self.depths

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::str::FromStr;
+use std::sync::LazyLock;
 
 /// An instruction set that a loop can be asked to run on. Each gives the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -46,36 +47,38 @@ impl Level {
         Level::Neon,
     ];
 
-    /// The levels whose instructions this machine has, whether or not this build has loops for them.
-    pub fn of_machine() -> Vec<Level> {
-        Level::ALL
-            .into_iter()
-            .filter(|level| level.is_of_machine())
-            .collect()
+    /// The levels that this build has loops for and this machine can run, the best last.
+    pub fn available() -> &'static [Level] {
+        static AVAILABLE: LazyLock<Vec<Level>> = LazyLock::new(|| {
+            let runs = |&level: &Level| level == Level::Scalar || level.token().is_some();
+            Level::ALL.into_iter().filter(runs).collect()
+        });
+        &AVAILABLE
     }
 
+    /// What vector loops are dispatched by; none for the plain form, and where the machine lacks the instructions.
     #[cfg(target_arch = "x86_64")]
-    fn is_of_machine(self) -> bool {
-        use std::arch::is_x86_feature_detected as has;
+    pub(crate) fn token(self) -> Option<fearless_simd::Level> {
+        use fearless_simd::Level as Token;
+        let best = Token::new();
         match self {
-            Level::Scalar => true,
-            Level::Sse42 => has!("sse4.2"),
-            Level::Avx2 => has!("avx2"),
-            Level::Avx512 => {
-                has!("avx512f") && has!("avx512bw") && has!("avx512vl") && has!("avx512dq")
-            }
-            Level::Neon => false,
+            Level::Sse42 => best.as_sse4_2().map(Token::Sse4_2),
+            Level::Avx2 => best.as_avx2().map(Token::Avx2),
+            Level::Avx512 => best.as_avx512().map(Token::Avx512),
+            Level::Scalar | Level::Neon => None,
         }
     }
 
-    #[cfg(not(target_arch = "x86_64"))]
-    fn is_of_machine(self) -> bool {
-        self == Level::Scalar || self == Level::Neon && cfg!(target_arch = "aarch64")
+    /// What vector loops are dispatched by; none for the plain form, and where the machine lacks the instructions.
+    #[cfg(target_arch = "aarch64")]
+    pub(crate) fn token(self) -> Option<fearless_simd::Level> {
+        (self == Level::Neon).then(fearless_simd::Level::new)
     }
 
-    /// The levels that this build has loops for and this machine can run, the best last.
-    pub fn available() -> &'static [Level] {
-        &[Level::Scalar]
+    /// What vector loops are dispatched by: here there are none.
+    #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+    pub(crate) fn token(self) -> Option<fearless_simd::Level> {
+        None
     }
 
     /// The fastest level available.

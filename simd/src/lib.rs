@@ -11,14 +11,18 @@
 //! | [`vertex`] | transforms positions and snaps them to 1/256 of a pixel |
 //! | [`triangle`] | sets a snapped triangle up: exact edge functions and a depth plane |
 //! | [`coverage`] | which of a tile's 64 pixel centres a triangle covers |
+//! | [`spans`] | the same triangle, its edges solved for x: an interval of columns for each row |
 //! | [`tile`] | merges a triangle into a tile's coverage and depth |
+//! | [`fill`] | fills triangles into rows of tiles |
 //! | [`pyramid`] | averages four cells of an occlusion map into one |
 //! | [`bounds`] | projects the corners of boxes to a screen rectangle |
 
 pub mod bounds;
 pub mod coverage;
+pub mod fill;
 mod level;
 pub mod pyramid;
+pub mod spans;
 pub mod tile;
 pub mod triangle;
 pub mod vertex;
@@ -40,4 +44,6 @@ pub const PARTS_PER_TILE: usize = 2;
 /// Vertices farther than this many sub-pixels from the picture's corner are clipped: 2^15 pixels.
 pub const GUARD_BAND: i32 = (1 << 15) * SUBPIXELS;
 
+// Two parts' masks are read as the halves of a tile's word.
+const _: () = assert!(cfg!(target_endian = "little"));
 const _: () = assert!(PARTS_PER_TILE as i32 * PART_HEIGHT == TILE_SIZE);

@@ -7,7 +7,7 @@
 //!
 //! ```text
 //!   far layer    samples covered and not in `near_samples`    depth `far`     the part's depth
-//!   near layer   samples in `near.samples`                    depth `near`    nearer than `far`
+//!   near layer   samples in `near_samples`                    depth `near`    nearer than `far`
 //! ```
 //!
 //! A triangle takes over the samples that it covers in layers farther than itself, and those not yet covered: the
@@ -16,42 +16,29 @@
 //! become one, at the farther depth of the two. Depths are the larger the nearer.
 
 use crate::coverage::PART_MASKS;
-use crate::triangle::Triangle;
+use crate::spans::SpanTriangle;
 use crate::{PART_HEIGHT, PARTS_PER_TILE, TILE_SIZE};
 
 /// The depth of a layer without samples: nearest possible, so that the depth test ignores a part without coverage
 /// (HOM §6.4) and the overlap test decides.
 pub const UNCOVERED: f32 = f32::INFINITY;
 
-/// The near layers of a tile's parts. The far layers' depths stand apart, since questions read only those.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NearLayers {
-    /// The depth of each.
-    pub depth: [f32; PARTS_PER_TILE],
-    /// The samples of all of them.
-    pub samples: u64,
+/// One tile's coverage and layers.
+#[derive(Debug)]
+pub struct TileMut<'a> {
+    /// The covered samples.
+    pub coverage: &'a mut u64,
+    /// The depths of the parts: of their far layers.
+    pub far: &'a mut [f32; PARTS_PER_TILE],
+    /// The samples of the near layers.
+    pub near_samples: &'a mut u64,
+    /// The depths of the near layers.
+    pub near: &'a mut [f32; PARTS_PER_TILE],
 }
 
-impl NearLayers {
-    /// No samples.
-    pub const EMPTY: NearLayers = NearLayers {
-        depth: [UNCOVERED; PARTS_PER_TILE],
-        samples: 0,
-    };
-}
-
-/// Merges the samples `mask` of a triangle, all in tile (`tile_x`, `tile_y`), into the tile's coverage, the depths of
-/// its parts (of their far layers) and their near layers.
+/// Merges the samples `mask` of a triangle, all in tile (`tile_x`, `tile_y`), into the tile.
 #[inline]
-pub fn merge(
-    coverage: &mut u64,
-    far: &mut [f32; PARTS_PER_TILE],
-    near: &mut NearLayers,
-    mask: u64,
-    triangle: &Triangle,
-    tile_x: i32,
-    tile_y: i32,
-) {
+pub fn merge(tile: TileMut<'_>, mask: u64, triangle: &SpanTriangle, tile_x: i32, tile_y: i32) {
     for (part, part_mask) in PART_MASKS.into_iter().enumerate() {
         let samples = mask & part_mask;
         if samples == 0 {
@@ -62,35 +49,26 @@ pub fn merge(
             tile_y * TILE_SIZE + part as i32 * PART_HEIGHT,
         );
         // No covered sample lies outside the triangle's own extent.
-        let triangle_depth = triangle.depth.farthest_over(
+        let depth = triangle.depth.farthest_over(
             [x.max(triangle.x[0]), (x + TILE_SIZE - 1).min(triangle.x[1])],
             [
                 y.max(triangle.y[0]),
                 (y + PART_HEIGHT - 1).min(triangle.y[1]),
             ],
         );
-        let near_samples = near.samples & part_mask;
-        let [new_far, new_near] = merge_layer(
-            [
-                Layer {
-                    samples: *coverage & part_mask & !near_samples,
-                    depth: far[part],
-                },
-                Layer {
-                    samples: near_samples,
-                    depth: near.depth[part],
-                },
-            ],
-            Layer {
-                samples,
-                depth: triangle_depth,
-            },
-        );
-        far[part] = new_far.depth;
-        near.depth[part] = new_near.depth;
-        near.samples = near.samples & !part_mask | new_near.samples;
+        let layer = |samples, depth| Layer { samples, depth };
+        let near_samples = *tile.near_samples & part_mask;
+        let far_samples = *tile.coverage & part_mask & !near_samples;
+        let layers = [
+            layer(far_samples, tile.far[part]),
+            layer(near_samples, tile.near[part]),
+        ];
+        let [far, near] = merge_layer(layers, layer(samples, depth));
+        tile.far[part] = far.depth;
+        tile.near[part] = near.depth;
+        *tile.near_samples = *tile.near_samples & !part_mask | near.samples;
     }
-    *coverage |= mask;
+    *tile.coverage |= mask;
 }
 
 /// Samples, and a depth than which none of them is farther.

@@ -29,10 +29,6 @@ impl Info {
         ))?;
         say(format_args!(
             "instruction sets found: {}",
-            names(&Level::of_machine())
-        ))?;
-        say(format_args!(
-            "instruction sets built: {}",
             names(Level::available())
         ))?;
         say(format_args!("instruction set chosen: {}", Level::best()))?;

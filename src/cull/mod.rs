@@ -149,6 +149,7 @@ fn frame(
     let selected = Instant::now();
 
     buffer.set_accuracy(settings.accuracy);
+    buffer.set_level(settings.level);
     buffer.clear(camera);
     let mut statistics = Statistics {
         objects_in_frustum: in_frustum.len() as u64,

@@ -1,6 +1,6 @@
 //! The query interface for engines that have their own scene.
 
-use antumbra_simd::PART_HEIGHT;
+use antumbra_simd::{Level, PART_HEIGHT};
 use antumbra_simd::triangle::Triangle;
 use glam::{DAffine3, DVec3};
 
@@ -115,6 +115,11 @@ impl OcclusionBuffer {
     /// Sets what may be lost; exact at first.
     pub fn set_accuracy(&mut self, accuracy: Accuracy) {
         self.accuracy = accuracy;
+    }
+
+    /// Chooses the instruction set; the best one at first.
+    pub fn set_level(&mut self, level: Level) {
+        self.tiles.set_level(level);
     }
 
     /// Forgets all that was drawn and begins a frame.

@@ -1,14 +1,12 @@
 //! The tile buffer: coverage and depth of the occluders drawn so far.
 
-use std::ops::Range;
-
 use antumbra_simd::PARTS_PER_TILE;
 use antumbra_simd::coverage::rectangle_mask;
-use antumbra_simd::tile::{NearLayers, UNCOVERED, merge};
+use antumbra_simd::Level;
+use antumbra_simd::fill::{TileRows, fill};
+use antumbra_simd::spans::SpanTriangle;
+use antumbra_simd::tile::UNCOVERED;
 use antumbra_simd::triangle::Triangle;
-use rayon::prelude::*;
-
-use super::for_each_tile;
 use crate::view::PictureSize;
 
 /// Rows of tiles that one thread fills at a time. Chosen small enough to share a picture out, large enough that a
@@ -24,7 +22,9 @@ pub struct TileBuffer {
     size: PictureSize,
     coverage: Vec<u64>,
     depths: Vec<[f32; PARTS_PER_TILE]>,
-    near: Vec<NearLayers>,
+    near_samples: Vec<u64>,
+    near: Vec<[f32; PARTS_PER_TILE]>,
+    level: Level,
 }
 
 impl TileBuffer {
@@ -35,7 +35,9 @@ impl TileBuffer {
             size,
             coverage: vec![0; tiles],
             depths: vec![[UNCOVERED; PARTS_PER_TILE]; tiles],
-            near: vec![NearLayers::EMPTY; tiles],
+            near_samples: vec![0; tiles],
+            near: vec![[UNCOVERED; PARTS_PER_TILE]; tiles],
+            level: Level::best(),
         }
     }
 
@@ -43,7 +45,12 @@ impl TileBuffer {
     pub fn clear(&mut self) {
         self.coverage.fill(0);
         self.depths.fill([UNCOVERED; PARTS_PER_TILE]);
-        self.near.fill(NearLayers::EMPTY);
+        self.near_samples.fill(0);
+    }
+
+    /// Chooses the instruction set; the best one at first.
+    pub fn set_level(&mut self, level: Level) {
+        self.level = level;
     }
 
     /// The picture's size.
@@ -74,6 +81,12 @@ impl TileBuffer {
 
     /// Fills triangles in order. The extents of all must lie within the picture.
     pub fn fill(&mut self, triangles: &[Triangle]) {
+        let triangles: Vec<SpanTriangle> = triangles.iter().map(SpanTriangle::from).collect();
+        self.fill_spans(&triangles);
+    }
+
+    /// Fills triangles in order.
+    pub(crate) fn fill_spans(&mut self, triangles: &[SpanTriangle]) {
         let across = self.size.tiles_across();
         let serial = triangles.len() < FEWEST_TO_SHARE || rayon::current_num_threads() == 1;
         let rows = if serial {
@@ -81,36 +94,31 @@ impl TileBuffer {
         } else {
             ROWS_PER_BAND
         };
-        let fill_band = |(index, mut band): (usize, Band<'_>)| {
-            let first = index * rows;
-            let last = first + band.coverage.len() / across;
-            band.fill(triangles, first as i32..last as i32, across);
-        };
         let tiles = rows * across;
+        let level = self.level;
+        let bands = self
+            .coverage
+            .chunks_mut(tiles)
+            .zip(self.depths.chunks_mut(tiles))
+            .zip(self.near_samples.chunks_mut(tiles))
+            .zip(self.near.chunks_mut(tiles))
+            .enumerate()
+            .map(|(index, (((coverage, far), near_samples), near))| TileRows {
+                coverage,
+                far,
+                near_samples,
+                near,
+                first_row: (index * rows) as i32,
+                across,
+            });
         if serial {
-            let (coverage, depths, near) = (&mut self.coverage, &mut self.depths, &mut self.near);
-            fill_band((
-                0,
-                Band {
-                    coverage,
-                    depths,
-                    near,
-                },
-            ));
+            bands.for_each(|mut band| fill(level, triangles, &mut band));
         } else {
-            let bands = self
-                .coverage
-                .par_chunks_mut(tiles)
-                .zip(self.depths.par_chunks_mut(tiles));
-            bands
-                .zip(self.near.par_chunks_mut(tiles))
-                .map(|((coverage, depths), near)| Band {
-                    coverage,
-                    depths,
-                    near,
-                })
-                .enumerate()
-                .for_each(fill_band);
+            rayon::scope(|scope| {
+                for mut band in bands {
+                    scope.spawn(move |_| fill(level, triangles, &mut band));
+                }
+            });
         }
     }
 
@@ -127,32 +135,5 @@ impl TileBuffer {
             .fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
                 (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
             })
-    }
-}
-
-/// Some rows of tiles.
-struct Band<'a> {
-    coverage: &'a mut [u64],
-    depths: &'a mut [[f32; PARTS_PER_TILE]],
-    near: &'a mut [NearLayers],
-}
-
-impl Band<'_> {
-    fn fill(&mut self, triangles: &[Triangle], rows: Range<i32>, across: usize) {
-        for triangle in triangles {
-            for_each_tile(triangle, rows.clone(), |tile_x, tile_y, mask| {
-                let tile = (tile_y - rows.start) as usize * across + tile_x as usize;
-                let (coverage, depths) = (&mut self.coverage[tile], &mut self.depths[tile]);
-                merge(
-                    coverage,
-                    depths,
-                    &mut self.near[tile],
-                    mask,
-                    triangle,
-                    tile_x,
-                    tile_y,
-                );
-            });
-        }
     }
 }

@@ -10,9 +10,9 @@
 //! * **Nothing to do.** Where every sample is covered by layers that are nearer, the tiles stay as they are.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch, f64x4, f64x8, i16x8, u8x16};
+use fearless_simd::{Simd, dispatch, f64x8, i16x8, u8x16};
 
-use crate::spans::SpanTriangle;
+use crate::spans::{SpanBlock, SpanTriangle};
 use crate::tile::{TileMut, UNCOVERED, merge};
 use crate::{Level, PART_HEIGHT, PARTS_PER_TILE, TILE_SIZE};
 
@@ -39,29 +39,24 @@ impl TileRows<'_> {
     }
 }
 
-/// Fills triangles in order, as far as they lie in these rows.
-pub fn fill(level: Level, triangles: &[SpanTriangle], rows: &mut TileRows<'_>) {
+/// Fills the triangles of blocks in order, as far as they lie in these rows.
+pub fn fill(level: Level, blocks: &[SpanBlock], rows: &mut TileRows<'_>) {
     match level.token() {
-        None => fill_plain(triangles, rows),
-        Some(token) => dispatch!(token, simd => fill_vector(simd, triangles, rows)),
+        None => fill_plain(blocks, rows),
+        Some(token) => dispatch!(token, simd => fill_vector(simd, blocks, rows)),
     }
 }
 
-fn fill_plain(triangles: &[SpanTriangle], rows: &mut TileRows<'_>) {
-    for triangle in triangles {
-        fill_one_plain(triangle, rows);
+fn fill_plain(blocks: &[SpanBlock], rows: &mut TileRows<'_>) {
+    for triangle in blocks.iter().flat_map(SpanBlock::iter) {
+        fill_one_plain(&triangle, rows);
     }
-}
-
-/// The strips of eight rows that a triangle shares with `rows`.
-#[inline(always)]
-fn strips(triangle: &SpanTriangle, rows: &TileRows<'_>) -> std::ops::RangeInclusive<i32> {
-    (triangle.y[0] / TILE_SIZE).max(rows.first_row)
-        ..=(triangle.y[1] / TILE_SIZE).min(rows.first_row + rows.rows() - 1)
 }
 
 fn fill_one_plain(triangle: &SpanTriangle, rows: &mut TileRows<'_>) {
-    for tile_y in strips(triangle, rows) {
+    let first = (triangle.y[0] / TILE_SIZE).max(rows.first_row);
+    let last = (triangle.y[1] / TILE_SIZE).min(rows.first_row + rows.rows() - 1);
+    for tile_y in first..=last {
         for tile_x in triangle.x[0] / TILE_SIZE..=triangle.x[1] / TILE_SIZE {
             let mask = triangle.coverage_of_tile(tile_x, tile_y);
             if mask != 0 {
@@ -79,14 +74,19 @@ fn fill_one_plain(triangle: &SpanTriangle, rows: &mut TileRows<'_>) {
 }
 
 #[inline(always)]
-fn fill_vector<S: Simd>(simd: S, triangles: &[SpanTriangle], rows: &mut TileRows<'_>) {
+fn fill_vector<S: Simd>(simd: S, blocks: &[SpanBlock], rows: &mut TileRows<'_>) {
     if rows.across < S::f64s::LEN {
         // A picture narrower than a vector.
-        return fill_plain(triangles, rows);
+        return fill_plain(blocks, rows);
     }
     let mut filler = Filler::new(simd, rows);
-    for triangle in triangles {
-        filler.fill(triangle);
+    for block in blocks {
+        let mut left = block.present;
+        while left != 0 {
+            let i = left.trailing_zeros() as usize;
+            left &= left - 1;
+            filler.fill(block, i);
+        }
     }
 }
 
@@ -133,50 +133,57 @@ impl<'a, S: Simd> Filler<'a, S> {
     }
 
     #[inline(always)]
-    fn fill(&mut self, t: &SpanTriangle) {
+    fn fill(&mut self, block: &SpanBlock, i: usize) {
+        let t = Current {
+            x: block.x.map(|x| x[i]),
+            y: block.y.map(|y| y[i] as i32),
+            columns: block.x.map(|x| x[i] as usize / TILE_SIZE as usize),
+            nearest: S::f32s::splat(self.simd, block.nearest[i] as f32),
+            farthest: S::f32s::splat(self.simd, block.farthest[i] as f32),
+            right: if block.slope_x[i] < 0.0 { 7.0 } else { 0.0 },
+            block,
+            i,
+        };
         let first = (t.y[0] / TILE_SIZE).max(self.first_row);
         let last = (t.y[1] / TILE_SIZE).min(self.first_row + self.rows - 1);
         for tile_y in first..=last {
-            self.fill_strip(t, tile_y);
+            self.fill_strip(&t, tile_y);
         }
     }
 
     #[inline(always)]
-    fn fill_strip(&mut self, t: &SpanTriangle, tile_y: i32) {
+    fn fill_strip(&mut self, t: &Current<'_, S>, tile_y: i32) {
         let tiles = S::f64s::LEN;
         let y = tile_y * TILE_SIZE;
-        let [first, end] = self.spans(t, y);
-        let plane = self.depth_of_strip(t, y);
-        let mut tile = (t.x[0] / TILE_SIZE) as usize;
-        let mut last = (t.x[1] / TILE_SIZE) as usize;
+        let [mut tile, mut last] = t.columns;
         if last - tile >= tiles {
             [tile, last] = self.columns_of_strip(t, y);
         }
+        let [first, end] = self.spans(t, y);
+        let halves = [
+            self.depth_of_half(t, y),
+            self.depth_of_half(t, y + PART_HEIGHT),
+        ];
         let row = (tile_y - self.first_row) as usize * self.across;
         while tile <= last {
             let start = tile.min(self.across - tiles);
             let mask = self.mask(first, end, start, tile);
-            self.merge(t, &plane, mask, row, start);
+            self.merge(t, halves, mask, row, start);
             tile += tiles;
         }
     }
 
     /// The first covered column of each of eight rows, and the first one not covered after it.
     #[inline(always)]
-    fn spans(&self, t: &SpanTriangle, y: i32) -> [i16x8<S>; 2] {
+    fn spans(&self, t: &Current<'_, S>, y: i32) -> [i16x8<S>; 2] {
         let simd = self.simd;
         let rows = self.row_numbers + f64::from(y);
-        let at = |edge: usize| rows * t.spans.slope[edge] + t.spans.at_zero[edge];
-        let least = f64x8::splat(simd, f64::from(t.x[0]) - 0.25);
-        let largest = f64x8::splat(simd, f64::from(t.x[1]) + 0.75);
-        let column = |v: f64x8<S>| {
-            let (low, high) = simd.split_f64x8(v.max(least).min(largest).ceil());
-            let columns = simd.cvt_i32_f32x8(low.narrow(high));
-            let (low, high) = simd.split_i32x8(columns);
-            low.narrow(high)
-        };
-        let first = column(at(0).max(at(1)));
-        let end = column(at(2).min(at(3)));
+        let v0 = rows * t.block.slope[0][t.i] + t.block.at_zero[0][t.i];
+        let v1 = rows * t.block.slope[1][t.i] + t.block.at_zero[1][t.i];
+        let v2 = rows * t.block.slope[2][t.i] + t.block.at_zero[2][t.i];
+        let v3 = rows * t.block.slope[3][t.i] + t.block.at_zero[3][t.i];
+        let first = self.columns(t, v0.max(v1));
+        let end = self.columns(t, v2.min(v3));
         // Rows below the picture's end.
         let inside = self
             .row_numbers_short
@@ -184,90 +191,96 @@ impl<'a, S: Simd> Filler<'a, S> {
         [first, inside.select(end, i16x8::splat(simd, 0))]
     }
 
+    #[inline(always)]
+    fn columns(&self, t: &Current<'_, S>, v: f64x8<S>) -> i16x8<S> {
+        let simd = self.simd;
+        let least = f64x8::splat(simd, t.x[0] - 0.25);
+        let largest = f64x8::splat(simd, t.x[1] + 0.75);
+        let (low, high) = simd.split_f64x8(v.max(least).min(largest).ceil());
+        let (low, high) = simd.split_i32x8(simd.cvt_i32_f32x8(low.narrow(high)));
+        low.narrow(high)
+    }
+
     /// First and last tile of a strip that may hold a covered sample.
     #[inline(always)]
-    fn columns_of_strip(&self, t: &SpanTriangle, y: i32) -> [usize; 2] {
-        let simd = self.simd;
-        let slope = f64x4::load_array(simd, t.spans.slope);
-        let at_zero = f64x4::load_array(simd, t.spans.at_zero);
-        let top = slope * f64::from(y.max(t.y[0])) + at_zero;
-        let bottom = slope * f64::from((y + TILE_SIZE - 1).min(t.y[1])) + at_zero;
-        let [a, b, ..] = top.min(bottom).to_array();
-        let [.., c, d] = top.max(bottom).to_array();
-        let first = a.max(b).max(f64::from(t.x[0]));
-        let last = c.min(d).min(f64::from(t.x[1]));
+    fn columns_of_strip(&self, t: &Current<'_, S>, y: i32) -> [usize; 2] {
+        let top = f64::from(y.max(t.y[0]));
+        let bottom = f64::from((y + TILE_SIZE - 1).min(t.y[1]));
+        let [s0, s1, s2, s3] = t.block.slope.each_ref().map(|e| e[t.i]);
+        let [z0, z1, z2, z3] = t.block.at_zero.each_ref().map(|e| e[t.i]);
+        let first = lesser(s0 * top + z0, s0 * bottom + z0);
+        let first = greater(first, lesser(s1 * top + z1, s1 * bottom + z1));
+        let last = greater(s2 * top + z2, s2 * bottom + z2);
+        let last = lesser(last, greater(s3 * top + z3, s3 * bottom + z3));
+        let first = greater(first, t.x[0]);
+        let last = lesser(last, t.x[1]);
         // Where there is nothing, the last comes out before the first.
-        [
-            first.min(f64::from(t.x[1]) + 8.0) as usize / TILE_SIZE as usize,
-            last.max(0.0) as usize / TILE_SIZE as usize,
-        ]
+        let first = lesser(first, t.x[1] + 8.0) as i32 / TILE_SIZE;
+        let last = greater(last, 0.0) as i32 / TILE_SIZE;
+        [first as usize, last as usize]
     }
 
     /// The covered samples of the tiles from `start`; none left of tile `from`.
     #[inline(always)]
     fn mask(&self, first: i16x8<S>, end: i16x8<S>, start: usize, from: usize) -> S::u32s {
-        let simd = self.simd;
-        let column = i16x8::splat(simd, (start * TILE_SIZE as usize) as i16);
-        let bytes = |v: i16x8<S>, least: usize| {
-            let least = i16x8::splat(simd, (least * TILE_SIZE as usize) as i16);
-            let v = (v - column).max(least).min(i16x8::splat(simd, 64));
-            let bytes: u8x16<S> = v.narrow(v).bitcast();
-            let of_tile = S::u8s::block_splat(bytes)
-                .saturating_sub(self.tile_column)
-                .min(S::u8s::splat(simd, 8));
-            self.low_bits.swizzle_dyn_within_blocks(of_tile)
-        };
-        let (before, until) = (bytes(first, from - start), bytes(end, 0));
+        let before = self.bits_below(first, start, from - start);
+        let until = self.bits_below(end, start, 0);
         (until & !before).bitcast()
     }
 
-    /// What a strip adds to the depth: see [`DepthPlane::farthest_over`](crate::triangle::DepthPlane::farthest_over).
+    /// For each row of the tiles from `start`: the columns before `v`, and all of those of the first `skip` tiles.
     #[inline(always)]
-    fn depth_of_strip(&self, t: &SpanTriangle, y: i32) -> StripDepth<S> {
+    fn bits_below(&self, v: i16x8<S>, start: usize, skip: usize) -> S::u8s {
         let simd = self.simd;
-        let plane = &t.depth;
-        let of_half = |first: i32| {
-            let row = if plane.slope_y < 0.0 {
-                (first + PART_HEIGHT - 1).min(t.y[1])
-            } else {
-                first.max(t.y[0])
-            };
-            S::f64s::splat(simd, plane.slope_y * (f64::from(row) - plane.origin_y))
+        let column = i16x8::splat(simd, (start * TILE_SIZE as usize) as i16);
+        let least = i16x8::splat(simd, (skip * TILE_SIZE as usize) as i16);
+        let v = (v - column).max(least).min(i16x8::splat(simd, 64));
+        let bytes: u8x16<S> = v.narrow(v).bitcast();
+        let of_tile = S::u8s::block_splat(bytes)
+            .saturating_sub(self.tile_column)
+            .min(S::u8s::splat(simd, 8));
+        self.low_bits.swizzle_dyn_within_blocks(of_tile)
+    }
+
+    /// What the farthest row of a half adds to the depth: see
+    /// [`DepthPlane::farthest_over`](crate::triangle::DepthPlane::farthest_over).
+    #[inline(always)]
+    fn depth_of_half(&self, t: &Current<'_, S>, first: i32) -> S::f64s {
+        let slope = t.block.slope_y[t.i];
+        let row = if slope < 0.0 {
+            (first + PART_HEIGHT - 1).min(t.y[1])
+        } else {
+            first.max(t.y[0])
         };
-        StripDepth {
-            halves: [of_half(y), of_half(y + PART_HEIGHT)],
-        }
+        S::f64s::splat(
+            self.simd,
+            slope * (f64::from(row) - t.block.origin_y[t.i]),
+        )
     }
 
     /// Merges the samples `mask` of tiles from `start` in the row of tiles that begins at `row`.
     #[inline(always)]
     fn merge(
         &mut self,
-        t: &SpanTriangle,
-        strip: &StripDepth<S>,
+        t: &Current<'_, S>,
+        halves: [S::f64s; PARTS_PER_TILE],
         mask: S::u32s,
         row: usize,
         start: usize,
     ) {
         let simd = self.simd;
-        let lanes = S::u32s::LEN;
         let at = (row + start) * PARTS_PER_TILE;
-        let plane = &t.depth;
         // The farthest corner of each part, in the order of operations of `DepthPlane::at`.
-        let right = if plane.slope_x < 0.0 { 7.0 } else { 0.0 };
-        let x = (self.tile_x + (f64::from((start as i32) * TILE_SIZE) + right))
-            .max(S::f64s::splat(simd, f64::from(t.x[0])))
-            .min(S::f64s::splat(simd, f64::from(t.x[1])));
-        let along = (x - plane.origin_x) * plane.slope_x + plane.depth;
-        let (low, high) = (along + strip.halves[0]).interleave(along + strip.halves[1]);
+        let x = (self.tile_x + (f64::from((start as i32) * TILE_SIZE) + t.right))
+            .max(S::f64s::splat(simd, t.x[0]))
+            .min(S::f64s::splat(simd, t.x[1]));
+        let along = (x - t.block.origin_x[t.i]) * t.block.slope_x[t.i] + t.block.depth[t.i];
+        let (low, high) = (along + halves[0]).interleave(along + halves[1]);
         let depth: S::f32s = low.narrow(high);
-        let nearest = S::f32s::splat(simd, plane.nearest as f32);
-        let farthest = S::f32s::splat(simd, plane.farthest as f32);
-        let depth = depth
-            .simd_gt(nearest)
-            .select(nearest, depth.simd_gt(farthest).select(depth, farthest));
+        let not_farther = depth.simd_gt(t.farthest).select(depth, t.farthest);
+        let depth = depth.simd_gt(t.nearest).select(t.nearest, not_farther);
 
-        let range = at..at + lanes;
+        let range = at..at + S::u32s::LEN;
         let coverage = S::u32s::from_slice(simd, &self.coverage[range.clone()]);
         let near_samples = S::u32s::from_slice(simd, &self.near_samples[range.clone()]);
         let far = S::f32s::from_slice(simd, &self.far[range.clone()]);
@@ -291,24 +304,40 @@ impl<'a, S: Simd> Filler<'a, S> {
             depth.store_slice(&mut self.far[range]);
             return;
         }
-        let absent = S::f32s::splat(simd, f32::NEG_INFINITY);
-        let layer = |samples: S::u32s, depth: S::f32s| Layer::<S> {
-            samples,
-            depth: samples.simd_eq(none).select(absent, depth),
-        };
         let [far, near] = Layer::<S>::two_of_three([
-            layer(far_samples, far),
-            layer(near_samples, near),
-            layer(new, depth),
+            Layer::new(far_samples, far),
+            Layer::new(near_samples, near),
+            Layer::new(new, depth),
         ]);
-        near.samples.store_slice(&mut self.near_samples[range.clone()]);
+        near.samples
+            .store_slice(&mut self.near_samples[range.clone()]);
         far.depth.store_slice(&mut self.far[range.clone()]);
         near.depth.store_slice(&mut self.near[range]);
     }
 }
 
-struct StripDepth<S: Simd> {
-    halves: [S::f64s; PARTS_PER_TILE],
+#[inline(always)]
+fn lesser(a: f64, b: f64) -> f64 {
+    if b < a { b } else { a }
+}
+
+#[inline(always)]
+fn greater(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
+}
+
+/// The triangle that is being filled.
+struct Current<'b, S: Simd> {
+    block: &'b SpanBlock,
+    i: usize,
+    x: [f64; 2],
+    y: [i32; 2],
+    /// First and last column of tiles.
+    columns: [usize; 2],
+    nearest: S::f32s,
+    farthest: S::f32s,
+    /// From a tile's first column to the one where the triangle is farthest.
+    right: f64,
 }
 
 /// A layer of several parts: see [`crate::tile`]. Minus infinity is the depth where there is no sample.
@@ -319,6 +348,17 @@ struct Layer<S: Simd> {
 }
 
 impl<S: Simd> Layer<S> {
+    #[inline(always)]
+    fn new(samples: S::u32s, depth: S::f32s) -> Layer<S> {
+        let simd = samples.token();
+        let absent = S::f32s::splat(simd, f32::NEG_INFINITY);
+        let none = S::u32s::splat(simd, 0);
+        Layer {
+            samples,
+            depth: samples.simd_eq(none).select(absent, depth),
+        }
+    }
+
     #[inline(always)]
     fn select(mask: S::mask32s, a: Layer<S>, b: Layer<S>) -> Layer<S> {
         Layer {

@@ -10,6 +10,7 @@
 //! |---|---|
 //! | [`vertex`] | transforms positions and snaps them to 1/256 of a pixel |
 //! | [`triangle`] | sets a snapped triangle up: exact edge functions and a depth plane |
+//! | [`assemble`] | both of these for the triangles of a cluster |
 //! | [`coverage`] | which of a tile's 64 pixel centres a triangle covers |
 //! | [`spans`] | the same triangle, its edges solved for x: an interval of columns for each row |
 //! | [`tile`] | merges a triangle into a tile's coverage and depth |
@@ -17,6 +18,7 @@
 //! | [`pyramid`] | averages four cells of an occlusion map into one |
 //! | [`bounds`] | projects the corners of boxes to a screen rectangle |
 
+pub mod assemble;
 pub mod bounds;
 pub mod coverage;
 pub mod fill;

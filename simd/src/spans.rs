@@ -109,3 +109,113 @@ impl SpanTriangle {
         mask
     }
 }
+
+/// Triangles in a block.
+pub const BLOCK: usize = 8;
+
+/// Up to eight triangles ready to be filled, structure of arrays: what a set-up of several at once leaves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpanBlock {
+    /// Bit `i` is set if there is a triangle `i`.
+    pub present: u8,
+    /// Columns a row, of four edges each; see [`Spans`].
+    pub slope: [[f64; BLOCK]; 4],
+    /// The crossings of row 0, of four edges each.
+    pub at_zero: [[f64; BLOCK]; 4],
+    /// First and last columns.
+    pub x: [[f64; BLOCK]; 2],
+    /// First and last rows.
+    pub y: [[f64; BLOCK]; 2],
+    /// Columns that the depth planes start from.
+    pub origin_x: [f64; BLOCK],
+    /// Rows that the depth planes start from.
+    pub origin_y: [f64; BLOCK],
+    /// Depths there.
+    pub depth: [f64; BLOCK],
+    /// What one sample to the right adds.
+    pub slope_x: [f64; BLOCK],
+    /// What one sample down adds.
+    pub slope_y: [f64; BLOCK],
+    /// The least of each triangle's depths.
+    pub farthest: [f64; BLOCK],
+    /// The largest of each triangle's depths.
+    pub nearest: [f64; BLOCK],
+}
+
+impl SpanBlock {
+    /// No triangle.
+    pub const EMPTY: SpanBlock = SpanBlock {
+        present: 0,
+        slope: [[0.0; BLOCK]; 4],
+        at_zero: [[0.0; BLOCK]; 4],
+        x: [[0.0; BLOCK]; 2],
+        y: [[0.0; BLOCK]; 2],
+        origin_x: [0.0; BLOCK],
+        origin_y: [0.0; BLOCK],
+        depth: [0.0; BLOCK],
+        slope_x: [0.0; BLOCK],
+        slope_y: [0.0; BLOCK],
+        farthest: [0.0; BLOCK],
+        nearest: [0.0; BLOCK],
+    };
+
+    /// Triangle `i`.
+    pub fn get(&self, i: usize) -> SpanTriangle {
+        SpanTriangle {
+            spans: Spans {
+                slope: self.slope.map(|e| e[i]),
+                at_zero: self.at_zero.map(|e| e[i]),
+            },
+            x: self.x.map(|x| x[i] as i32),
+            y: self.y.map(|y| y[i] as i32),
+            depth: DepthPlane {
+                origin_x: self.origin_x[i],
+                origin_y: self.origin_y[i],
+                depth: self.depth[i],
+                slope_x: self.slope_x[i],
+                slope_y: self.slope_y[i],
+                farthest: self.farthest[i],
+                nearest: self.nearest[i],
+            },
+        }
+    }
+
+    /// Puts a triangle at place `i`.
+    pub fn set(&mut self, i: usize, t: &SpanTriangle) {
+        self.present |= 1 << i;
+        for edge in 0..4 {
+            self.slope[edge][i] = t.spans.slope[edge];
+            self.at_zero[edge][i] = t.spans.at_zero[edge];
+        }
+        for end in 0..2 {
+            self.x[end][i] = f64::from(t.x[end]);
+            self.y[end][i] = f64::from(t.y[end]);
+        }
+        self.origin_x[i] = t.depth.origin_x;
+        self.origin_y[i] = t.depth.origin_y;
+        self.depth[i] = t.depth.depth;
+        self.slope_x[i] = t.depth.slope_x;
+        self.slope_y[i] = t.depth.slope_y;
+        self.farthest[i] = t.depth.farthest;
+        self.nearest[i] = t.depth.nearest;
+    }
+
+    /// The triangles, in order.
+    pub fn iter(&self) -> impl Iterator<Item = SpanTriangle> + '_ {
+        (0..BLOCK)
+            .filter(|i| self.present >> i & 1 == 1)
+            .map(|i| self.get(i))
+    }
+
+    /// Packs triangles into blocks.
+    pub fn pack(triangles: impl Iterator<Item = SpanTriangle>, blocks: &mut Vec<SpanBlock>) {
+        for (index, triangle) in triangles.enumerate() {
+            if index % BLOCK == 0 {
+                blocks.push(SpanBlock::EMPTY);
+            }
+            if let Some(block) = blocks.last_mut() {
+                block.set(index % BLOCK, &triangle);
+            }
+        }
+    }
+}

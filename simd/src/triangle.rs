@@ -77,7 +77,7 @@ pub struct DepthPlane {
 }
 
 /// A sliver's bounding box is more than this many times twice its area.
-const SLIVER: f64 = (1_u64 << 24) as f64;
+pub(crate) const SLIVER: f64 = (1_u64 << 24) as f64;
 
 impl DepthPlane {
     /// How far the formula may lie from the real plane, as a part of the range of the vertices' depths.

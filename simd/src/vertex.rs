@@ -91,10 +91,11 @@ impl ClipVertex {
     #[inline]
     pub fn snap(&self) -> ScreenVertex {
         let to_grid = |v: f64| (v + 0.5).floor() as i32;
+        let inverse = 1.0 / self.w;
         ScreenVertex {
-            x: to_grid(self.x / self.w),
-            y: to_grid(self.y / self.w),
-            depth: self.depth / self.w,
+            x: to_grid(self.x * inverse),
+            y: to_grid(self.y * inverse),
+            depth: self.depth * inverse,
         }
     }
 }

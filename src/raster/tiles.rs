@@ -4,7 +4,7 @@ use antumbra_simd::PARTS_PER_TILE;
 use antumbra_simd::coverage::rectangle_mask;
 use antumbra_simd::Level;
 use antumbra_simd::fill::{TileRows, fill};
-use antumbra_simd::spans::SpanTriangle;
+use antumbra_simd::spans::{BLOCK, SpanBlock, SpanTriangle};
 use antumbra_simd::tile::UNCOVERED;
 use antumbra_simd::triangle::Triangle;
 use crate::view::PictureSize;
@@ -13,8 +13,8 @@ use crate::view::PictureSize;
 /// triangle seldom meets two.
 const ROWS_PER_BAND: usize = 4;
 
-/// Fewer triangles than this are filled by the calling thread alone: waking others costs more.
-const FEWEST_TO_SHARE: usize = 256;
+/// Fewer blocks of triangles than this are filled by the calling thread alone: waking others costs more.
+const FEWEST_TO_SHARE: usize = 32;
 
 /// Coverage masks and no-background depths of all tiles, row by row.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,14 +81,15 @@ impl TileBuffer {
 
     /// Fills triangles in order. The extents of all must lie within the picture.
     pub fn fill(&mut self, triangles: &[Triangle]) {
-        let triangles: Vec<SpanTriangle> = triangles.iter().map(SpanTriangle::from).collect();
-        self.fill_spans(&triangles);
+        let mut blocks = Vec::with_capacity(triangles.len().div_ceil(BLOCK));
+        SpanBlock::pack(triangles.iter().map(SpanTriangle::from), &mut blocks);
+        self.fill_blocks(&blocks);
     }
 
     /// Fills triangles in order.
-    pub(crate) fn fill_spans(&mut self, triangles: &[SpanTriangle]) {
+    pub(crate) fn fill_blocks(&mut self, blocks: &[SpanBlock]) {
         let across = self.size.tiles_across();
-        let serial = triangles.len() < FEWEST_TO_SHARE || rayon::current_num_threads() == 1;
+        let serial = blocks.len() < FEWEST_TO_SHARE || rayon::current_num_threads() == 1;
         let rows = if serial {
             self.size.tiles_down()
         } else {
@@ -112,11 +113,11 @@ impl TileBuffer {
                 across,
             });
         if serial {
-            bands.for_each(|mut band| fill(level, triangles, &mut band));
+            bands.for_each(|mut band| fill(level, blocks, &mut band));
         } else {
             rayon::scope(|scope| {
                 for mut band in bands {
-                    scope.spawn(move |_| fill(level, triangles, &mut band));
+                    scope.spawn(move |_| fill(level, blocks, &mut band));
                 }
             });
         }

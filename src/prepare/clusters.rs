@@ -219,11 +219,11 @@ struct Part {
 impl Part {
     fn new(mesh: &Mesh, set: &[usize], double_sided: bool) -> Part {
         let all_corners = || set.iter().map(|&t| corners(mesh, t));
-        let mut positions = PositionSet::new();
+        let mut positions = PositionSet::for_triangles(set.len());
         let triangles: Vec<[u8; 3]> = all_corners()
-            .map(|corners| corners.map(|c| positions.insert(c)))
+            .map(|corners| corners.map(|c| positions.insert(c) as u8))
             .collect();
-        let positions = positions.positions().to_vec();
+        let positions = positions.into_positions();
         let LocalBox { min, max } = LocalBox::around(positions.iter().copied());
         let cluster = Cluster {
             first_vertex: 0,

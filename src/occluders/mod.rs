@@ -2,7 +2,7 @@
 
 mod nearest;
 
-use crate::scene::{Alpha, Material, Mesh, Object, Scene};
+use crate::scene::{Material, Mesh, Object, Scene};
 
 pub use nearest::nearest_first;
 
@@ -28,7 +28,7 @@ impl Budget {
 
 /// Whether a surface of this material hides what is behind it.
 pub fn occludes(material: &Material) -> bool {
-    material.alpha == Alpha::Opaque
+    material.occludes()
 }
 
 /// The mesh to draw for an object as an occluder: its proxy, or its own.
@@ -38,12 +38,11 @@ pub fn occluder_mesh<'a>(scene: &'a Scene, object: &Object) -> &'a Mesh {
 
 /// How many triangles an object puts in the way as an occluder; 0 if it is none.
 pub fn occluder_triangles(scene: &Scene, object: &Object) -> u64 {
-    if object.never_occlude {
+    let Some(mesh) = object.occluder_mesh() else {
         return 0;
-    }
-    let surfaces = &occluder_mesh(scene, object).surfaces;
+    };
+    let surfaces = scene.meshes()[mesh].surfaces.iter();
     surfaces
-        .iter()
         .filter(|s| occludes(&s.material))
         .map(|s| s.triangles.len() as u64)
         .sum()

@@ -61,6 +61,13 @@ impl Default for Material {
     }
 }
 
+impl Material {
+    /// Whether a surface of this material hides what is behind it.
+    pub fn occludes(&self) -> bool {
+        self.alpha == Alpha::Opaque
+    }
+}
+
 /// A run of a mesh's triangles that share a material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
@@ -172,6 +179,12 @@ impl Object {
     /// world; its front faces are still those that wind counter-clockwise in the mesh (glTF 2.0, §3.7.4).
     pub fn is_mirrored(&self) -> bool {
         is_mirroring(&self.world_from_local)
+    }
+
+    /// The mesh to draw for the object when it is an occluder, an index into [`Scene::meshes`]: its proxy, or its own.
+    /// None if it never is one.
+    pub fn occluder_mesh(&self) -> Option<usize> {
+        (!self.never_occlude).then(|| self.occluder_proxy.unwrap_or(self.mesh))
     }
 }
 

@@ -16,6 +16,7 @@
 //! | [`tile`] | merges a triangle into a tile's coverage and depth |
 //! | [`fill`] | fills triangles into rows of tiles |
 //! | [`pyramid`] | averages four cells of an occlusion map into one |
+//! | [`query`] | asks whether a rectangle lies behind what tiles show |
 //! | [`bounds`] | projects the corners of boxes to a screen rectangle |
 
 pub mod assemble;
@@ -24,6 +25,7 @@ pub mod coverage;
 pub mod fill;
 mod level;
 pub mod pyramid;
+pub mod query;
 pub mod spans;
 pub mod tile;
 pub mod triangle;

@@ -8,28 +8,24 @@
 //! surface strictly nearer at each sample the object could own; the nearest surface at a sample is never culled by
 //! it, since nothing is strictly nearer there.
 
+mod draw;
 mod statistics;
 mod traverse;
 
 use std::sync::Arc;
 use std::time::Instant;
 
-use antumbra_simd::triangle::Triangle;
-use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
-use crate::occluders::{Budget, nearest_first, occluder_mesh, occluder_triangles, occludes};
-use crate::occlusion::{Accuracy, Footprint, OcclusionBuffer};
-use crate::raster::ObjectAssembler;
+use crate::occluders::{Budget, nearest_first};
+use crate::occlusion::{Accuracy, OcclusionBuffer};
 use crate::scene::Scene;
 use crate::view::{Camera, Frustum, PictureSize};
 
+use draw::{DrawMemory, Drawn, Occluders, draw_occluders};
+
 pub use antumbra_simd::{Level, LevelUnavailable};
 pub use statistics::{StageTimes, Statistics};
-
-/// Objects that are asked, and then drawn, together. An answer sees only what whole batches before its own have
-/// drawn, so that any number of threads gives the same one.
-const OBJECTS_PER_BATCH: usize = 16;
 
 /// How to cull.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,8 +75,19 @@ pub struct VisibleSet {
 pub struct Culler {
     scene: Arc<Scene>,
     settings: Settings,
-    pool: ThreadPool,
+    occluders: Occluders,
+    /// None for one thread: the caller's own does it all.
+    pool: Option<ThreadPool>,
     buffer: Option<OcclusionBuffer>,
+    memory: Memory,
+}
+
+/// What is kept from frame to frame, so that none allocates.
+#[derive(Debug, Default)]
+struct Memory {
+    draw: DrawMemory,
+    candidates: Vec<u32>,
+    hidden: Vec<bool>,
 }
 
 impl Culler {
@@ -92,11 +99,14 @@ impl Culler {
         let pool = ThreadPoolBuilder::new()
             .num_threads(settings.threads)
             .build()?;
+        let occluders = pool.install(|| Occluders::new(&scene));
         Ok(Culler {
             scene,
             settings,
-            pool,
+            occluders,
+            pool: (pool.current_num_threads() > 1).then_some(pool),
             buffer: None,
+            memory: Memory::default(),
         })
     }
 
@@ -112,7 +122,7 @@ impl Culler {
 
     /// How many threads are used.
     pub fn threads(&self) -> usize {
-        self.pool.current_num_threads()
+        self.pool.as_ref().map_or(1, ThreadPool::current_num_threads)
     }
 
     /// What the last frame drew; none before the first.
@@ -122,29 +132,40 @@ impl Culler {
 
     /// Finds what a camera may see.
     pub fn cull(&mut self, camera: &Camera) -> VisibleSet {
-        let mut buffer = self.buffer.take();
-        let set = self.pool.install(|| {
-            let buffer =
-                buffer.get_or_insert_with(|| OcclusionBuffer::new(self.settings.size, *camera));
-            frame(&self.scene, &self.settings, camera, buffer)
-        });
-        self.buffer = buffer;
-        set
+        let threads = self.threads();
+        let Culler {
+            scene,
+            settings,
+            occluders,
+            pool,
+            buffer,
+            memory,
+        } = self;
+        let buffer = buffer.get_or_insert_with(|| OcclusionBuffer::new(settings.size, *camera));
+        let mut frame = || frame(scene, occluders, settings, threads, camera, buffer, memory);
+        match pool {
+            None => frame(),
+            Some(pool) => pool.install(frame),
+        }
     }
 }
 
 fn frame(
     scene: &Scene,
+    occluders: &Occluders,
     settings: &Settings,
+    threads: usize,
     camera: &Camera,
     buffer: &mut OcclusionBuffer,
+    memory: &mut Memory,
 ) -> VisibleSet {
     let start = Instant::now();
     let frustum = Frustum::new(camera, settings.size);
     let mut in_frustum = traverse::in_frustum(scene, &frustum);
-    let mut candidates = in_frustum.clone();
-    candidates.retain(|&o| occluder_triangles(scene, &scene.objects()[o as usize]) > 0);
-    nearest_first(scene, camera.eye(), &mut candidates);
+    let candidates = &mut memory.candidates;
+    candidates.clear();
+    candidates.extend(in_frustum.iter().filter(|&&o| occluders.triangles_of(o) > 0));
+    nearest_first(scene, camera.eye(), candidates);
     in_frustum.sort_unstable();
     let selected = Instant::now();
 
@@ -155,20 +176,30 @@ fn frame(
         objects_in_frustum: in_frustum.len() as u64,
         ..Statistics::default()
     };
-    let (hidden, occluders) = draw_occluders(
+    let hidden = &mut memory.hidden;
+    hidden.clear();
+    hidden.resize(scene.objects().len(), false);
+    let mut drawn_occluders = Vec::new();
+    draw_occluders(
         scene,
+        occluders,
         settings,
-        camera,
-        &candidates,
+        threads,
+        candidates,
         buffer,
-        &mut statistics,
+        &mut memory.draw,
+        Drawn {
+            hidden,
+            occluders: &mut drawn_occluders,
+            statistics: &mut statistics,
+        },
     );
     let drawn = Instant::now();
 
     buffer.finish();
     let finished = Instant::now();
 
-    let mut visible = traverse::not_hidden(scene, &frustum, buffer, &hidden, &mut statistics);
+    let mut visible = traverse::not_hidden(scene, &frustum, buffer, hidden, &mut statistics);
     // A hidden inner node may hold objects that are never to be culled.
     visible.extend(
         in_frustum
@@ -189,78 +220,8 @@ fn frame(
     VisibleSet {
         in_frustum,
         visible,
-        occluders,
+        occluders: drawn_occluders,
         statistics,
         times,
     }
-}
-
-/// Draws candidates in their order, as far as the budget goes, each asked first; says of each object of the scene
-/// whether it was found hidden, and which were drawn. What is hidden by a part of the occluders stays hidden behind all of them.
-fn draw_occluders(
-    scene: &Scene,
-    settings: &Settings,
-    camera: &Camera,
-    candidates: &[u32],
-    buffer: &mut OcclusionBuffer,
-    statistics: &mut Statistics,
-) -> (Vec<bool>, Vec<u32>) {
-    let assembler = ObjectAssembler::new(*camera, settings.size);
-    let mut hidden = vec![false; scene.objects().len()];
-    let mut drawn = Vec::new();
-    for batch in candidates.chunks(OBJECTS_PER_BATCH) {
-        let answers: Vec<(bool, bool)> = batch
-            .par_iter()
-            .map(|&object| {
-                let footprint = buffer
-                    .screen()
-                    .footprint_of_aabb(&scene.bounds()[object as usize]);
-                // From inside an object, or cut open by the near plane, its surface does not hide its proxy.
-                let is_whole = footprint != Footprint::Unbounded
-                    || scene.objects()[object as usize].occluder_proxy.is_none();
-                (buffer.test(footprint).is_hidden(), is_whole)
-            })
-            .collect();
-        statistics.occluders_asked += batch.len() as u64;
-        let mut to_draw = Vec::with_capacity(batch.len());
-        let mut spent = false;
-        for (&object, (is_hidden, is_whole)) in batch.iter().zip(answers) {
-            let cost = occluder_triangles(scene, &scene.objects()[object as usize]);
-            if is_hidden {
-                hidden[object as usize] = true;
-            } else if !is_whole {
-                // Its own mesh may be far beyond any budget: that is what it has a proxy for.
-            } else if settings.budget.allows(statistics.occluder_triangles + cost) {
-                statistics.occluder_triangles += cost;
-                to_draw.push(object);
-            } else {
-                spent = true;
-                break;
-            }
-        }
-        statistics.occluders_drawn += to_draw.len() as u64;
-        let triangles: Vec<Vec<Triangle>> = to_draw
-            .par_iter()
-            .map_init(
-                || assembler.clone(),
-                |assembler, &object| {
-                    let object = &scene.objects()[object as usize];
-                    let mut triangles = Vec::new();
-                    let mesh = occluder_mesh(scene, object);
-                    assembler.assemble(mesh, &object.world_from_local, occludes, |t| {
-                        triangles.push(t.triangle);
-                    });
-                    triangles
-                },
-            )
-            .collect();
-        for triangles in &triangles {
-            buffer.draw_assembled(triangles);
-        }
-        drawn.extend(to_draw);
-        if spent {
-            break;
-        }
-    }
-    (hidden, drawn)
 }

@@ -1,6 +1,7 @@
 //! The query interface for engines that have their own scene.
 
 use antumbra_simd::{Level, PART_HEIGHT};
+use antumbra_simd::spans::SpanBlock;
 use antumbra_simd::triangle::Triangle;
 use glam::{DAffine3, DVec3};
 
@@ -152,9 +153,23 @@ impl OcclusionBuffer {
     }
 
     /// Draws triangles that were assembled for this buffer's camera and size.
-    pub(crate) fn draw_assembled(&mut self, triangles: &[Triangle]) {
-        self.tiles.fill(triangles);
+    pub(crate) fn draw_blocks(&mut self, blocks: &[SpanBlock], threads: usize) {
+        self.tiles.fill_blocks(blocks, threads);
         self.finished = false;
+    }
+
+    /// The quick half of [`OcclusionBuffer::test`], from the tiles as they are: hidden is final, visible is not.
+    pub(crate) fn test_so_far(&self, footprint: Footprint) -> Visibility {
+        let hidden = match footprint {
+            Footprint::Unbounded => false,
+            Footprint::Nowhere => true,
+            Footprint::Within(rect) => self.tiles.is_before(rect.x, rect.y, rect.nearest_depth),
+        };
+        if hidden {
+            Visibility::Hidden
+        } else {
+            Visibility::Visible
+        }
     }
 
     /// Builds the pyramid of occlusion maps. Questions asked before this are answered too, from the tiles alone.

@@ -7,11 +7,13 @@
 
 mod assemble;
 mod clip;
+mod cluster;
 mod object;
 mod tiles;
 mod traverse;
 
 pub use antumbra_simd::triangle::CullMode;
+pub use cluster::ClusterAssembler;
 pub use assemble::{Assembler, Geometry, GeometryError, Positions};
 pub use object::{ObjectAssembler, ObjectTriangle};
 pub use tiles::TileBuffer;

@@ -4,6 +4,7 @@ use antumbra_simd::PARTS_PER_TILE;
 use antumbra_simd::coverage::rectangle_mask;
 use antumbra_simd::Level;
 use antumbra_simd::fill::{TileRows, fill};
+use antumbra_simd::query::{Tiles, is_behind_all};
 use antumbra_simd::spans::{BLOCK, SpanBlock, SpanTriangle};
 use antumbra_simd::tile::UNCOVERED;
 use antumbra_simd::triangle::Triangle;
@@ -83,13 +84,25 @@ impl TileBuffer {
     pub fn fill(&mut self, triangles: &[Triangle]) {
         let mut blocks = Vec::with_capacity(triangles.len().div_ceil(BLOCK));
         SpanBlock::pack(triangles.iter().map(SpanTriangle::from), &mut blocks);
-        self.fill_blocks(&blocks);
+        let in_a_pool = rayon::current_thread_index().is_some();
+        let threads = if in_a_pool { rayon::current_num_threads() } else { 1 };
+        self.fill_blocks(&blocks, threads);
+    }
+
+    /// Whether all samples of a rectangle are covered by parts that are strictly nearer than `depth`.
+    pub(crate) fn is_before(&self, x: [i32; 2], y: [i32; 2], depth: f32) -> bool {
+        let tiles = Tiles {
+            coverage: &self.coverage,
+            depths: &self.depths,
+            across: self.size.tiles_across(),
+        };
+        is_behind_all(self.level, tiles, x, y, depth)
     }
 
     /// Fills triangles in order.
-    pub(crate) fn fill_blocks(&mut self, blocks: &[SpanBlock]) {
+    pub(crate) fn fill_blocks(&mut self, blocks: &[SpanBlock], threads: usize) {
         let across = self.size.tiles_across();
-        let serial = blocks.len() < FEWEST_TO_SHARE || rayon::current_num_threads() == 1;
+        let serial = blocks.len() < FEWEST_TO_SHARE || threads == 1;
         let rows = if serial {
             self.size.tiles_down()
         } else {

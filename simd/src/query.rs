@@ -1,0 +1,113 @@
+//! Whether a rectangle of samples lies behind what tiles show: the first and quickest question.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, dispatch};
+
+use crate::coverage::{PART_MASKS, rectangle_mask};
+use crate::{Level, PARTS_PER_TILE, TILE_SIZE};
+
+/// What questions read of a picture's tiles.
+#[derive(Clone, Copy, Debug)]
+pub struct Tiles<'a> {
+    /// The covered samples of each tile.
+    pub coverage: &'a [u64],
+    /// The depths of each tile's parts.
+    pub depths: &'a [[f32; PARTS_PER_TILE]],
+    /// Tiles in a row.
+    pub across: usize,
+}
+
+/// Whether all samples in columns `x` and rows `y`, ends included, are covered by parts that are strictly nearer than
+/// `depth`. The rectangle lies within the picture.
+pub fn is_behind_all(level: Level, tiles: Tiles<'_>, x: [i32; 2], y: [i32; 2], depth: f32) -> bool {
+    match level.token() {
+        None => is_behind_all_plain(tiles, x, y, depth),
+        Some(token) => {
+            dispatch!(token, simd => is_behind_all_vector(simd, tiles, x, y, depth))
+        }
+    }
+}
+
+fn is_behind_all_plain(tiles: Tiles<'_>, x: [i32; 2], y: [i32; 2], depth: f32) -> bool {
+    let within = |range: [i32; 2], tile: i32| {
+        let first = tile * TILE_SIZE;
+        [
+            (range[0] - first).max(0),
+            (range[1] - first).min(TILE_SIZE - 1),
+        ]
+    };
+    (y[0] / TILE_SIZE..=y[1] / TILE_SIZE).all(|tile_y| {
+        (x[0] / TILE_SIZE..=x[1] / TILE_SIZE).all(|tile_x| {
+            let mask = rectangle_mask(within(x, tile_x), within(y, tile_y));
+            let tile = tile_y as usize * tiles.across + tile_x as usize;
+            mask & !tiles.coverage[tile] == 0
+                && tiles.depths[tile]
+                    .iter()
+                    .zip(PART_MASKS)
+                    .all(|(&part, samples)| mask & samples == 0 || depth < part)
+        })
+    })
+}
+
+#[inline(always)]
+fn is_behind_all_vector<S: Simd>(
+    simd: S,
+    tiles: Tiles<'_>,
+    x: [i32; 2],
+    y: [i32; 2],
+    depth: f32,
+) -> bool {
+    let lanes = S::u32s::LEN;
+    let per_vector = lanes / PARTS_PER_TILE;
+    if tiles.across < per_vector {
+        return is_behind_all_plain(tiles, x, y, depth);
+    }
+    let coverage: &[u32] = bytemuck::cast_slice(tiles.coverage);
+    let depths = tiles.depths.as_flattened();
+    let (first, last) = ((x[0] / TILE_SIZE) as usize, (x[1] / TILE_SIZE) as usize);
+    let none = S::u32s::splat(simd, 0);
+    let depth = S::f32s::splat(simd, depth);
+    // Lane by lane: the column of its tile, its part.
+    let column = S::i32s::from_fn(simd, |i| (i / PARTS_PER_TILE) as i32 * TILE_SIZE);
+    let part = S::u32s::from_fn(simd, |i| 0_u32.wrapping_sub((i % PARTS_PER_TILE) as u32));
+    for tile_y in y[0] / TILE_SIZE..=y[1] / TILE_SIZE {
+        let above = (y[0] - tile_y * TILE_SIZE).max(0);
+        let below = (TILE_SIZE - 1 - (y[1] - tile_y * TILE_SIZE)).max(0);
+        let rows = (u64::MAX << (8 * above)) & (u64::MAX >> (8 * below));
+        let upper = S::u32s::splat(simd, rows as u32);
+        let lower = S::u32s::splat(simd, (rows >> 32) as u32);
+        let rows = (upper & !part) | (lower & part);
+        let row = tile_y as usize * tiles.across;
+        let mut tile = first;
+        while tile <= last {
+            let start = tile.min(tiles.across - per_vector);
+            let from = column + (start as i32 * TILE_SIZE);
+            let skip = S::i32s::splat(simd, x[0]) - from;
+            let keep = S::i32s::splat(simd, x[1] + 1) - from;
+            let columns = bits_below::<S>(simd, keep) & !bits_below::<S>(simd, skip);
+            let mask = columns & rows;
+            let at = (row + start) * PARTS_PER_TILE;
+            let covered = S::u32s::from_slice(simd, &coverage[at..at + lanes]);
+            let nearer = S::f32s::from_slice(simd, &depths[at..at + lanes]).simd_gt(depth);
+            let open = nearer.select(mask & !covered, mask);
+            if !open.simd_eq(none).all_true() {
+                return false;
+            }
+            tile += per_vector;
+        }
+    }
+    true
+}
+
+/// Four rows of eight bits each: those of the columns below `v`.
+#[inline(always)]
+fn bits_below<S: Simd>(simd: S, v: S::i32s) -> S::u32s {
+    let eight = S::i32s::splat(simd, 8);
+    let zero = S::i32s::splat(simd, 0);
+    let v = v.max(zero).min(eight);
+    // 2^v from the exponent of a float: shifts by lane are slow where there are none.
+    let power: S::f32s = ((v + 127) << 23).bitcast();
+    let bits: S::i32s = power.to_int();
+    let bits: S::u32s = (bits - 1).bitcast();
+    bits * 0x0101_0101
+}

@@ -16,11 +16,13 @@
 //! | [`tile`] | merges a triangle into a tile's coverage and depth |
 //! | [`fill`] | fills triangles into rows of tiles |
 //! | [`pyramid`] | averages four cells of an occlusion map into one |
+//! | [`boxes`] | projects boxes to rectangles of samples, eight at once |
 //! | [`query`] | asks whether a rectangle lies behind what tiles show |
 //! | [`bounds`] | projects the corners of boxes to a screen rectangle |
 
 pub mod assemble;
 pub mod bounds;
+pub mod boxes;
 pub mod coverage;
 pub mod fill;
 mod level;

@@ -51,6 +51,7 @@ impl Occluders {
 /// Memory that is kept from frame to frame.
 #[derive(Debug, Default)]
 pub struct DrawMemory {
+    footprints: Vec<Footprint>,
     answers: Vec<Answer>,
     workers: Vec<Worker>,
 }
@@ -93,7 +94,14 @@ pub fn draw_occluders(
 ) {
     memory.workers.resize_with(threads, Worker::default);
     for batch in candidates.chunks(OBJECTS_PER_BATCH) {
-        ask(scene, batch, threads, buffer, &mut memory.answers);
+        ask(
+            scene,
+            batch,
+            settings.level,
+            buffer,
+            &mut memory.footprints,
+            &mut memory.answers,
+        );
         drawn.statistics.occluders_asked += batch.len() as u64;
         let first = drawn.occluders.len();
         let mut spent = false;
@@ -147,16 +155,22 @@ pub fn draw_occluders(
     }
 }
 
+/// Whether objects are hidden behind what is drawn so far. On one thread: a batch has too few to share out.
 fn ask(
     scene: &Scene,
     batch: &[u32],
-    threads: usize,
+    level: Level,
     buffer: &OcclusionBuffer,
+    footprints: &mut Vec<Footprint>,
     answers: &mut Vec<Answer>,
 ) {
-    let answer = |&object: &u32| {
-        let bounds = &scene.bounds()[object as usize];
-        let footprint = buffer.screen().footprint_of_aabb(bounds);
+    footprints.clear();
+    let bounds = batch.iter().map(|&o| &scene.bounds()[o as usize]);
+    buffer
+        .screen()
+        .footprints_of_aabbs(level, bounds, footprints);
+    answers.clear();
+    answers.extend(batch.iter().zip(footprints).map(|(&object, &mut footprint)| {
         let has_proxy = scene.objects()[object as usize].occluder_proxy.is_some();
         if has_proxy && footprint == Footprint::Unbounded {
             Answer::CutOpen
@@ -165,13 +179,7 @@ fn ask(
         } else {
             Answer::Visible
         }
-    };
-    answers.clear();
-    if threads == 1 {
-        answers.extend(batch.iter().map(answer));
-    } else {
-        answers.par_extend(batch.par_iter().map(answer));
-    }
+    }));
 }
 
 impl Worker {

@@ -18,7 +18,7 @@ use std::time::Instant;
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
 use crate::occluders::{Budget, nearest_first};
-use crate::occlusion::{Accuracy, OcclusionBuffer};
+use crate::occlusion::{Accuracy, Footprint, OcclusionBuffer};
 use crate::scene::Scene;
 use crate::view::{Camera, Frustum, PictureSize};
 
@@ -87,6 +87,9 @@ pub struct Culler {
 struct Memory {
     draw: DrawMemory,
     candidates: Vec<u32>,
+    keys: Vec<u64>,
+    undecided: Vec<u32>,
+    footprints: Vec<Footprint>,
     hidden: Vec<bool>,
 }
 
@@ -165,7 +168,7 @@ fn frame(
     let candidates = &mut memory.candidates;
     candidates.clear();
     candidates.extend(in_frustum.iter().filter(|&&o| occluders.triangles_of(o) > 0));
-    nearest_first(scene, camera.eye(), candidates);
+    nearest_first(scene, camera.eye(), candidates, &mut memory.keys);
     in_frustum.sort_unstable();
     let selected = Instant::now();
 
@@ -199,15 +202,7 @@ fn frame(
     buffer.finish();
     let finished = Instant::now();
 
-    let mut visible = traverse::not_hidden(scene, &frustum, buffer, hidden, &mut statistics);
-    // A hidden inner node may hold objects that are never to be culled.
-    visible.extend(
-        in_frustum
-            .iter()
-            .filter(|&&o| scene.objects()[o as usize].never_cull),
-    );
-    visible.sort_unstable();
-    visible.dedup();
+    let visible = not_hidden(scene, settings, &in_frustum, buffer, memory, &mut statistics);
     statistics.objects_visible = visible.len() as u64;
     let tested = Instant::now();
 
@@ -224,4 +219,34 @@ fn frame(
         statistics,
         times,
     }
+}
+
+/// The objects that all occluders together do not hide, in scene order.
+fn not_hidden(
+    scene: &Scene,
+    settings: &Settings,
+    in_frustum: &[u32],
+    buffer: &OcclusionBuffer,
+    memory: &mut Memory,
+    statistics: &mut Statistics,
+) -> Vec<u32> {
+    let undecided = &mut memory.undecided;
+    undecided.clear();
+    undecided.extend(
+        in_frustum
+            .iter()
+            .filter(|&&object| !memory.hidden[object as usize]),
+    );
+    statistics.objects_tested = undecided.len() as u64;
+    memory.footprints.clear();
+    buffer.screen().footprints_of_aabbs(
+        settings.level,
+        undecided.iter().map(|&o| &scene.bounds()[o as usize]),
+        &mut memory.footprints,
+    );
+    let tests = undecided.iter().zip(&memory.footprints);
+    let visible = tests.filter(|&(&object, &footprint)| {
+        scene.objects()[object as usize].never_cull || !buffer.test(footprint).is_hidden()
+    });
+    visible.map(|(&object, _)| object).collect()
 }

@@ -210,6 +210,9 @@ impl OcclusionBuffer {
         let hidden = match footprint {
             Footprint::Unbounded => false,
             Footprint::Nowhere => true,
+            Footprint::Within(rect) if self.accuracy == Accuracy::Exact => {
+                self.tiles.is_before(rect.x, rect.y, rect.nearest_depth)
+            }
             Footprint::Within(rect) => {
                 let covered = if self.finished {
                     is_covered(&self.map, &self.tiles, &rect, self.accuracy)

@@ -11,7 +11,8 @@
 //! * A triangle's depth at a sample is clamped to its vertices' (see [`antumbra_simd::triangle::DepthPlane`]), so no
 //!   sample is nearer than the nearest corner. The depth is rounded towards the eye when it becomes f32.
 
-use antumbra_simd::SUBPIXELS;
+use antumbra_simd::boxes::{BOXES, BoxBlock, BoxView, RectBlock, project_boxes};
+use antumbra_simd::{Level, SUBPIXELS};
 use antumbra_simd::bounds::{Extent, project_corners};
 use antumbra_simd::vertex::ScreenTransform;
 use glam::DVec3;
@@ -107,6 +108,58 @@ impl Screen {
         };
         let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
         self.footprint_of_corners(relative.corners(), reach)
+    }
+
+    /// Where axis-aligned world boxes may be drawn, several at once; appended to `footprints` in their order.
+    pub fn footprints_of_aabbs<'a>(
+        &self,
+        level: Level,
+        boxes: impl Iterator<Item = &'a Aabb>,
+        footprints: &mut Vec<Footprint>,
+    ) {
+        let (t, eye) = (&self.from_eye, self.camera.eye());
+        let view = BoxView {
+            screen: *t,
+            norms: [self.norms.x, self.norms.y, self.norms.depth, self.norms.w],
+            snap_error: SNAP_ERROR,
+            relative_error: POSITION_ERROR,
+            size: [self.size.width() as f64, self.size.height() as f64],
+        };
+        let mut boxes = boxes.peekable();
+        while boxes.peek().is_some() {
+            let mut block = BoxBlock::EMPTY;
+            let mut rects = RectBlock::EMPTY;
+            let mut valid = [false; BOXES];
+            let mut count = 0;
+            for (i, bounds) in boxes.by_ref().take(BOXES).enumerate() {
+                let (min, max) = (bounds.min - eye, bounds.max - eye);
+                let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
+                for axis in 0..3 {
+                    block.min[axis][i] = min[axis];
+                    block.max[axis][i] = max[axis];
+                }
+                block.error[i] = 2.0 * self.position_error(reach);
+                valid[i] = bounds.is_valid();
+                count = i + 1;
+            }
+            project_boxes(level, &view, &block, &mut rects);
+            footprints.extend((0..count).map(|i| {
+                let nearest_depth = round_up(rects.nearest[i]);
+                if !(valid[i] && rects.bounded >> i & 1 == 1 && nearest_depth.is_finite()) {
+                    return Footprint::Unbounded;
+                }
+                let (x, y) = (rects.x.map(|x| x[i]), rects.y.map(|y| y[i]));
+                // Written so that a NaN is no reason to say nowhere.
+                if x[0] > x[1] || y[0] > y[1] {
+                    return Footprint::Nowhere;
+                }
+                Footprint::Within(SampleRect {
+                    x: x.map(|v| v as i32),
+                    y: y.map(|v| v as i32),
+                    nearest_depth,
+                })
+            }));
+        }
     }
 
     /// Where a box with any orientation may be drawn: its centre, and three vectors from there to the middles of

@@ -80,7 +80,9 @@ impl OcclusionMap {
     /// # Panics
     /// If the buffer is not of the size that the map was made for.
     pub fn build(&mut self, tiles: &TileBuffer) {
+        let level_of_loops = tiles.level();
         uncovered(
+            level_of_loops,
             tiles.coverage(),
             &self.picture,
             &mut self.levels[0].uncovered,
@@ -88,7 +90,7 @@ impl OcclusionMap {
         for level in 1..self.levels.len() {
             let (fine, coarse) = self.levels.split_at_mut(level);
             let fine = &fine[level - 1];
-            sum_2x2(&fine.uncovered, fine.width, &mut coarse[0].uncovered);
+            sum_2x2(level_of_loops, &fine.uncovered, fine.width, &mut coarse[0].uncovered);
         }
     }
 

@@ -54,6 +54,11 @@ impl TileBuffer {
         self.level = level;
     }
 
+    /// The instruction set.
+    pub fn level(&self) -> Level {
+        self.level
+    }
+
     /// The picture's size.
     pub fn size(&self) -> PictureSize {
         self.size

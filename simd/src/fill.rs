@@ -104,8 +104,10 @@ struct Filler<'a, S: Simd> {
     low_bits: S::u8s,
     /// Byte `i`: the column of the tile that byte `i` of a mask belongs to.
     tile_column: S::u8s,
-    /// Lane `i`: the column of tile `i`.
-    tile_x: S::f64s,
+    /// The columns of the parts' tiles, two parts each: for the lower lanes of a vector of depths, and the upper ones.
+    part_x: [S::f64s; 2],
+    /// Whether a lane belongs to a lower part.
+    is_lower: S::mask64s,
     row_numbers: f64x8<S>,
     row_numbers_short: i16x8<S>,
 }
@@ -126,7 +128,13 @@ impl<'a, S: Simd> Filler<'a, S> {
                 (0xff_u16 >> (8 - i.min(8))) as u8
             })),
             tile_column: S::u8s::from_fn(simd, |i| (i & !7) as u8),
-            tile_x: S::f64s::from_fn(simd, |i| f64::from(i as i32 * TILE_SIZE)),
+            part_x: [0, S::f64s::LEN].map(|first| {
+                S::f64s::from_fn(simd, |i| {
+                    f64::from((first + i) as i32 / PARTS_PER_TILE as i32 * TILE_SIZE)
+                })
+            }),
+            is_lower: S::f64s::from_fn(simd, |i| (i % PARTS_PER_TILE) as f64)
+                .simd_gt(S::f64s::splat(simd, 0.0)),
             row_numbers: f64x8::from_fn(simd, |i| i as f64),
             row_numbers_short: i16x8::from_fn(simd, |i| i as i16),
         }
@@ -136,8 +144,8 @@ impl<'a, S: Simd> Filler<'a, S> {
     fn fill(&mut self, block: &SpanBlock, i: usize) {
         let t = Current {
             x: block.x.map(|x| x[i]),
-            y: block.y.map(|y| y[i] as i32),
-            columns: block.x.map(|x| x[i] as usize / TILE_SIZE as usize),
+            y: block.y.map(|y| to_index(y[i]) as i32),
+            columns: block.x.map(|x| to_tile(x[i])),
             nearest: S::f32s::splat(self.simd, block.nearest[i] as f32),
             farthest: S::f32s::splat(self.simd, block.farthest[i] as f32),
             right: if block.slope_x[i] < 0.0 { 7.0 } else { 0.0 },
@@ -159,18 +167,41 @@ impl<'a, S: Simd> Filler<'a, S> {
         if last - tile >= tiles {
             [tile, last] = self.columns_of_strip(t, y);
         }
-        let [first, end] = self.spans(t, y);
-        let halves = [
-            self.depth_of_half(t, y),
-            self.depth_of_half(t, y + PART_HEIGHT),
-        ];
         let row = (tile_y - self.first_row) as usize * self.across;
-        while tile <= last {
+        // Long runs of tiles are behind what they show already: that is known before anything else of the strip is.
+        while tile <= last && self.is_hidden(t, row, tile) {
+            tile += tiles;
+        }
+        if tile > last {
+            return;
+        }
+        let [first, end] = self.spans(t, y);
+        let upper = S::f64s::splat(self.simd, self.depth_of_half(t, y));
+        let lower = S::f64s::splat(self.simd, self.depth_of_half(t, y + PART_HEIGHT));
+        let halves = self.is_lower.select(lower, upper);
+        loop {
             let start = tile.min(self.across - tiles);
             let mask = self.mask(first, end, start, tile);
             self.merge(t, halves, mask, row, start);
             tile += tiles;
+            while tile <= last && self.is_hidden(t, row, tile) {
+                tile += tiles;
+            }
+            if tile > last {
+                return;
+            }
         }
+    }
+
+    /// Whether a vector's tiles are covered and nowhere farther than the triangle's nearest vertex.
+    #[inline(always)]
+    fn is_hidden(&self, t: &Current<'_, S>, row: usize, tile: usize) -> bool {
+        let at = (row + tile.min(self.across - S::f64s::LEN)) * PARTS_PER_TILE;
+        let range = at..at + S::u32s::LEN;
+        let coverage = S::u32s::from_slice(self.simd, &self.coverage[range.clone()]);
+        let far = S::f32s::from_slice(self.simd, &self.far[range]);
+        let full = coverage.simd_eq(S::u32s::splat(self.simd, u32::MAX));
+        (full & far.simd_ge(t.nearest)).all_true()
     }
 
     /// The first covered column of each of eight rows, and the first one not covered after it.
@@ -215,9 +246,10 @@ impl<'a, S: Simd> Filler<'a, S> {
         let first = greater(first, t.x[0]);
         let last = lesser(last, t.x[1]);
         // Where there is nothing, the last comes out before the first.
-        let first = lesser(first, t.x[1] + 8.0) as i32 / TILE_SIZE;
-        let last = greater(last, 0.0) as i32 / TILE_SIZE;
-        [first as usize, last as usize]
+        [
+            to_tile(lesser(first, t.x[1] + 8.0)),
+            to_tile(greater(last, 0.0)),
+        ]
     }
 
     /// The covered samples of the tiles from `start`; none left of tile `from`.
@@ -242,20 +274,25 @@ impl<'a, S: Simd> Filler<'a, S> {
         self.low_bits.swizzle_dyn_within_blocks(of_tile)
     }
 
-    /// What the farthest row of a half adds to the depth: see
+    /// The depth of the farthest row of a half, where the plane starts: see
     /// [`DepthPlane::farthest_over`](crate::triangle::DepthPlane::farthest_over).
     #[inline(always)]
-    fn depth_of_half(&self, t: &Current<'_, S>, first: i32) -> S::f64s {
+    fn depth_of_half(&self, t: &Current<'_, S>, first: i32) -> f64 {
         let slope = t.block.slope_y[t.i];
         let row = if slope < 0.0 {
             (first + PART_HEIGHT - 1).min(t.y[1])
         } else {
             first.max(t.y[0])
         };
-        S::f64s::splat(
-            self.simd,
-            slope * (f64::from(row) - t.block.origin_y[t.i]),
-        )
+        t.block.depth[t.i] + slope * (f64::from(row) - t.block.origin_y[t.i])
+    }
+
+    #[inline(always)]
+    fn depth_of_parts(&self, t: &Current<'_, S>, halves: S::f64s, x: S::f64s) -> S::f64s {
+        let x = x
+            .max(S::f64s::splat(self.simd, t.x[0]))
+            .min(S::f64s::splat(self.simd, t.x[1]));
+        (x - t.block.origin_x[t.i]) * t.block.slope_x[t.i] + halves
     }
 
     /// Merges the samples `mask` of tiles from `start` in the row of tiles that begins at `row`.
@@ -263,7 +300,7 @@ impl<'a, S: Simd> Filler<'a, S> {
     fn merge(
         &mut self,
         t: &Current<'_, S>,
-        halves: [S::f64s; PARTS_PER_TILE],
+        halves: S::f64s,
         mask: S::u32s,
         row: usize,
         start: usize,
@@ -271,11 +308,9 @@ impl<'a, S: Simd> Filler<'a, S> {
         let simd = self.simd;
         let at = (row + start) * PARTS_PER_TILE;
         // The farthest corner of each part, in the order of operations of `DepthPlane::at`.
-        let x = (self.tile_x + (f64::from((start as i32) * TILE_SIZE) + t.right))
-            .max(S::f64s::splat(simd, t.x[0]))
-            .min(S::f64s::splat(simd, t.x[1]));
-        let along = (x - t.block.origin_x[t.i]) * t.block.slope_x[t.i] + t.block.depth[t.i];
-        let (low, high) = (along + halves[0]).interleave(along + halves[1]);
+        let column = f64::from((start as i32) * TILE_SIZE) + t.right;
+        let low = self.depth_of_parts(t, halves, self.part_x[0] + column);
+        let high = self.depth_of_parts(t, halves, self.part_x[1] + column);
         let depth: S::f32s = low.narrow(high);
         let not_farther = depth.simd_gt(t.farthest).select(depth, t.farthest);
         let depth = depth.simd_gt(t.nearest).select(t.nearest, not_farther);
@@ -324,6 +359,19 @@ fn lesser(a: f64, b: f64) -> f64 {
 #[inline(always)]
 fn greater(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }
+}
+
+/// The tile of a column or row: of a number from 0 to 2¹⁵, rounded down.
+#[inline(always)]
+fn to_tile(v: f64) -> usize {
+    to_index((v * (1.0 / f64::from(TILE_SIZE))).floor())
+}
+
+/// A small whole number as an index: beside 2⁵² its bits are the last ones. (`as` takes ten instructions to be right for
+/// all numbers.)
+#[inline(always)]
+fn to_index(v: f64) -> usize {
+    ((v + (1_u64 << 52) as f64).to_bits() & 0xffff) as usize
 }
 
 /// The triangle that is being filled.

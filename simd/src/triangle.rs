@@ -113,8 +113,8 @@ impl DepthPlane {
     /// The depth that the triangle writes at a sample.
     #[inline]
     pub fn at(&self, x: i32, y: i32) -> f32 {
-        let depth = (self.depth + self.slope_x * (f64::from(x) - self.origin_x))
-            + self.slope_y * (f64::from(y) - self.origin_y);
+        let depth = (self.depth + self.slope_y * (f64::from(y) - self.origin_y))
+            + self.slope_x * (f64::from(x) - self.origin_x);
         // In this order a NaN (two infinite slopes that cancel) comes out as the farthest.
         let clamped = if depth > self.nearest {
             self.nearest

@@ -15,6 +15,9 @@ use crate::scene::{Object, Scene, is_mirroring};
 /// drawn, so that any number of threads gives the same one.
 const OBJECTS_PER_BATCH: usize = 16;
 
+/// A thread that draws alone fills when it has this many blocks, while they are still in its nearest cache.
+const BLOCKS_PER_FLUSH: usize = 12;
+
 /// What is known of a scene's occluders before any frame.
 #[derive(Debug)]
 pub struct Occluders {
@@ -132,6 +135,10 @@ pub fn draw_occluders(
             worker.blocks.clear();
             for &object in to_draw {
                 worker.assemble(scene, occluders, object, settings.level, buffer);
+                if worker.blocks.len() >= BLOCKS_PER_FLUSH {
+                    buffer.draw_blocks(&worker.blocks, 1);
+                    worker.blocks.clear();
+                }
             }
         } else {
             let share = to_draw.len().div_ceil(threads).max(1);

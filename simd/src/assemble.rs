@@ -11,10 +11,11 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch};
 
+use crate::query::Tiles;
 use crate::spans::{BLOCK, HORIZONTAL, SpanBlock, SpanTriangle};
 use crate::triangle::{CullMode, SLIVER, Triangle};
 use crate::vertex::{ScreenTransform, ScreenVertex, transform};
-use crate::{GUARD_BAND, Level, SUBPIXELS};
+use crate::{GUARD_BAND, Level, SUBPIXELS, TILE_SIZE};
 
 /// The most vertices a cluster may have.
 pub const MOST_VERTICES: usize = 128;
@@ -46,13 +47,15 @@ pub struct Drawing<'a> {
     pub width: i32,
     /// Samples down the picture.
     pub height: i32,
+    /// What is drawn already: small triangles that lie behind it are left out, since filling them would change nothing.
+    pub drawn: Tiles<'a>,
 }
 
 /// A cluster's vertices on the sub-pixel grid; kept from cluster to cluster.
 #[derive(Clone, Debug)]
 pub struct Vertices {
-    x: [f64; MOST_VERTICES],
-    y: [f64; MOST_VERTICES],
+    /// Columns and rows in sub-pixels: whole numbers below 2²⁴, exact in f32.
+    place: [[f32; 2]; MOST_VERTICES],
     depth: [f64; MOST_VERTICES],
     /// Bit `i` is set where vertex `i` can be used as it is.
     inside: u128,
@@ -61,8 +64,7 @@ pub struct Vertices {
 impl Default for Vertices {
     fn default() -> Vertices {
         Vertices {
-            x: [0.0; MOST_VERTICES],
-            y: [0.0; MOST_VERTICES],
+            place: [[0.0; 2]; MOST_VERTICES],
             depth: [0.0; MOST_VERTICES],
             inside: 0,
         }
@@ -132,36 +134,170 @@ fn assemble_vector<S: Simd>(
     to_clip: &mut Vec<u8>,
 ) {
     project(simd, cluster, drawing.screen, vertices);
-    let mut corners = [[[0.0; BLOCK]; 3]; 3];
+    let mut to_set_up = [0_u8; BLOCK];
+    let mut waiting = 0;
     for (index, triangles) in cluster.triangles.chunks(BLOCK).enumerate() {
-        let mut present = 0;
+        let mut drawn = visible_of_block(simd, triangles, index * BLOCK, drawing, vertices, to_clip);
+        while drawn != 0 {
+            let i = drawn.trailing_zeros() as usize;
+            drawn &= drawn - 1;
+            to_set_up[waiting] = (index * BLOCK + i) as u8;
+            waiting += 1;
+            if waiting == BLOCK {
+                set_up_block(simd, cluster.triangles, &to_set_up, drawing, vertices, blocks);
+                waiting = 0;
+            }
+        }
+    }
+    if waiting > 0 {
+        set_up_block(simd, cluster.triangles, &to_set_up[..waiting], drawing, vertices, blocks);
+    }
+}
+
+/// Which triangles of a block face the right way, have a sample between their extremes, and are not hidden by what is
+/// drawn already. `first` is the place of the block in the cluster.
+#[inline(always)]
+fn visible_of_block<S: Simd>(
+    simd: S,
+    triangles: &[[u8; 3]],
+    first: usize,
+    drawing: Drawing<'_>,
+    vertices: &Vertices,
+    to_clip: &mut Vec<u8>,
+) -> u64 {
+    let mut places = [[[0.0; 2]; BLOCK]; 3];
+    for (i, triangle) in triangles.iter().enumerate() {
+        for (places, &vertex) in places.iter_mut().zip(triangle) {
+            places[i] = vertices.place[usize::from(vertex) % MOST_VERTICES];
+        }
+    }
+    let mut candidates = (1_u64 << triangles.len()) - 1;
+    if vertices.inside != u128::MAX {
         for (i, triangle) in triangles.iter().enumerate() {
-            let mut inside = true;
-            for (corner, &vertex) in triangle.iter().enumerate() {
-                let vertex = usize::from(vertex) % MOST_VERTICES;
-                inside &= vertices.inside >> vertex & 1 == 1;
-                corners[0][corner][i] = vertices.x[vertex];
-                corners[1][corner][i] = vertices.y[vertex];
-                corners[2][corner][i] = vertices.depth[vertex];
-            }
-            if inside {
-                present |= 1 << i;
-            } else {
-                to_clip.push((index * BLOCK + i) as u8);
+            if !triangle.iter().all(|v| vertices.inside >> v & 1 == 1) {
+                candidates &= !(1 << i);
+                to_clip.push((first + i) as u8);
             }
         }
-        if present == 0 {
-            continue;
+    }
+    let mut columns = [[0.0; BLOCK]; 2];
+    let mut rows = [[0.0; BLOCK]; 2];
+    let mut drawn = 0;
+    for lane in (0..BLOCK).step_by(S::f32s::LEN) {
+        drawn |= extents(simd, &places, lane, drawing, &mut columns, &mut rows) << lane;
+    }
+    drawn &= candidates;
+    let mut left = drawn;
+    while left != 0 {
+        let i = left.trailing_zeros() as usize;
+        left &= left - 1;
+        let tiles = |s: [[f32; BLOCK]; 2]| s.map(|s| s[i] as i32 / TILE_SIZE);
+        let ([x0, x1], [y0, y1]) = (tiles(columns), tiles(rows));
+        if x1 - x0 < 2 && y1 - y0 < 2 {
+            let [a, b, c] = triangles[i].map(|v| vertices.depth[usize::from(v) % MOST_VERTICES]);
+            let nearest = greater(greater(a, b), c) as f32;
+            let hidden = [(x0, y0), (x1, y0), (x0, y1), (x1, y1)]
+                .iter()
+                .all(|&(x, y)| drawing.drawn.is_full_before(x, y, nearest));
+            drawn &= !(u64::from(hidden) << i);
         }
-        blocks.push(SpanBlock::EMPTY);
-        if let Some(block) = blocks.last_mut() {
-            for first in (0..BLOCK).step_by(S::f64s::LEN) {
-                set_up(simd, &corners, first, drawing, block);
-            }
-            block.present &= present;
-            if block.present == 0 {
-                blocks.pop();
-            }
+    }
+    drawn
+}
+
+#[inline(always)]
+fn greater(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
+}
+
+/// Finds first and last columns and rows of the triangles from `lane` of a block, as many as a vector of f32 holds, and
+/// which of them may cover a sample.
+#[inline(always)]
+fn extents<S: Simd>(
+    simd: S,
+    places: &[[[f32; 2]; BLOCK]; 3],
+    lane: usize,
+    drawing: Drawing<'_>,
+    columns: &mut [[f32; BLOCK]; 2],
+    rows: &mut [[f32; BLOCK]; 2],
+) -> u64 {
+    let [x0, y0] = coordinates::<S>(simd, &places[0], lane);
+    let [x1, y1] = coordinates::<S>(simd, &places[1], lane);
+    let [x2, y2] = coordinates::<S>(simd, &places[2], lane);
+    let range = lane..(lane + S::f32s::LEN).min(BLOCK);
+    let per_subpixel = 1.0 / SUBPIXELS as f32;
+    let zero = S::f32s::splat(simd, 0.0);
+    let first_x = (x0.min(x1).min(x2) * per_subpixel - 0.5).ceil().max(zero);
+    let first_y = (y0.min(y1).min(y2) * per_subpixel - 0.5).ceil().max(zero);
+    let right = S::f32s::splat(simd, (drawing.width - 1) as f32);
+    let bottom = S::f32s::splat(simd, (drawing.height - 1) as f32);
+    let last_x = (x0.max(x1).max(x2) * per_subpixel - 0.5).floor().min(right);
+    let last_y = (y0.max(y1).max(y2) * per_subpixel - 0.5).floor().min(bottom);
+    let sampled = first_x.simd_le(last_x) & first_y.simd_le(last_y);
+    let len = range.len();
+    columns[0][range.clone()].copy_from_slice(&first_x.as_slice()[..len]);
+    columns[1][range.clone()].copy_from_slice(&last_x.as_slice()[..len]);
+    rows[0][range.clone()].copy_from_slice(&first_y.as_slice()[..len]);
+    rows[1][range].copy_from_slice(&last_y.as_slice()[..len]);
+    let (ax, bx) = ((x1 - x0).widen(), (x2 - x0).widen());
+    let (ay, by) = ((y1 - y0).widen(), (y2 - y0).widen());
+    let faces = faces::<S>(simd, ax.0 * by.0 - bx.0 * ay.0, drawing.cull)
+        | faces::<S>(simd, ax.1 * by.1 - bx.1 * ay.1, drawing.cull) << S::f64s::LEN;
+    sampled.to_bitmask() & faces
+}
+
+/// Which of twice the areas belong to triangles that are drawn.
+#[inline(always)]
+fn faces<S: Simd>(simd: S, area: S::f64s, cull: CullMode) -> u64 {
+    let zero = S::f64s::splat(simd, 0.0);
+    match cull {
+        CullMode::None => (area.simd_lt(zero) | area.simd_gt(zero)).to_bitmask(),
+        CullMode::Back => area.simd_lt(zero).to_bitmask(),
+        CullMode::Front => area.simd_gt(zero).to_bitmask(),
+    }
+}
+
+#[inline(always)]
+fn coordinates<S: Simd>(simd: S, places: &[[f32; 2]; BLOCK], lane: usize) -> [S::f32s; 2] {
+    let flat = places.as_flattened();
+    let lanes = S::f32s::LEN;
+    if lanes > BLOCK {
+        // One block fills half of a vector.
+        let both = S::f32s::from_slice(simd, flat);
+        let (x, y) = both.deinterleave(both);
+        return [x, y];
+    }
+    let low = S::f32s::from_slice(simd, &flat[2 * lane..2 * lane + lanes]);
+    let high = S::f32s::from_slice(simd, &flat[2 * lane + lanes..2 * lane + 2 * lanes]);
+    let (x, y) = low.deinterleave(high);
+    [x, y]
+}
+
+/// Appends a block of the triangles of a cluster that are named.
+#[inline(always)]
+fn set_up_block<S: Simd>(
+    simd: S,
+    triangles: &[[u8; 3]],
+    named: &[u8],
+    drawing: Drawing<'_>,
+    vertices: &Vertices,
+    blocks: &mut Vec<SpanBlock>,
+) {
+    let mut corners = [[[0.0; BLOCK]; 3]; 3];
+    for (i, &triangle) in named.iter().enumerate() {
+        for (corner, &vertex) in triangles[usize::from(triangle)].iter().enumerate() {
+            let vertex = usize::from(vertex) % MOST_VERTICES;
+            let [x, y] = vertices.place[vertex];
+            corners[0][corner][i] = f64::from(x);
+            corners[1][corner][i] = f64::from(y);
+            corners[2][corner][i] = vertices.depth[vertex];
+        }
+    }
+    blocks.push(SpanBlock::EMPTY);
+    if let Some(block) = blocks.last_mut() {
+        block.present = ((1_u16 << named.len()) - 1) as u8;
+        for first in (0..named.len()).step_by(S::f64s::LEN) {
+            set_up(simd, &corners, first, drawing, block);
         }
     }
 }
@@ -185,8 +321,17 @@ fn project<S: Simd>(
         let x = S::f32s::from_slice(simd, &cluster.x[at..at + 2 * lanes]).widen();
         let y = S::f32s::from_slice(simd, &cluster.y[at..at + 2 * lanes]).widen();
         let z = S::f32s::from_slice(simd, &cluster.z[at..at + 2 * lanes]).widen();
-        project_lanes(simd, [x.0, y.0, z.0], t, vertices, at);
-        project_lanes(simd, [x.1, y.1, z.1], t, vertices, at + lanes);
+        let [x_low, y_low] = project_lanes(simd, [x.0, y.0, z.0], t, vertices, at);
+        let [x_high, y_high] = project_lanes(simd, [x.1, y.1, z.1], t, vertices, at + lanes);
+        let (low, high) = x_low.narrow(x_high).interleave(y_low.narrow(y_high));
+        let places = vertices.place[at..at + 2 * lanes].as_flattened_mut();
+        low.store_slice(&mut places[..2 * lanes]);
+        high.store_slice(&mut places[2 * lanes..]);
+    }
+    // Vertices that there are none of are no reason to look for outsiders.
+    let count = cluster.x.len();
+    if count < MOST_VERTICES {
+        vertices.inside |= u128::MAX << count;
     }
 }
 
@@ -197,7 +342,7 @@ fn project_lanes<S: Simd>(
     t: &ScreenTransform,
     vertices: &mut Vertices,
     at: usize,
-) {
+) -> [S::f64s; 2] {
     let x = row::<S>(&t.x, px, py, pz);
     let y = row::<S>(&t.y, px, py, pz);
     let depth = row::<S>(&t.depth, px, py, pz);
@@ -215,13 +360,11 @@ fn project_lanes<S: Simd>(
     vertices.inside |= u128::from(inside.to_bitmask()) << at;
     let inverse = S::f64s::splat(simd, 1.0) / w;
     let range = at..at + S::f64s::LEN;
-    (x * inverse + 0.5)
-        .floor()
-        .store_slice(&mut vertices.x[range.clone()]);
-    (y * inverse + 0.5)
-        .floor()
-        .store_slice(&mut vertices.y[range.clone()]);
     (depth * inverse).store_slice(&mut vertices.depth[range]);
+    [
+        (x * inverse + 0.5).floor(),
+        (y * inverse + 0.5).floor(),
+    ]
 }
 
 #[inline(always)]
@@ -300,11 +443,6 @@ fn set_up<S: Simd>(
     let y1 = S::f64s::from_slice(simd, &corners[1][1][range.clone()]);
     let y2 = S::f64s::from_slice(simd, &corners[1][2][range.clone()]);
     let area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0);
-    let drawn = match drawing.cull {
-        CullMode::None => !area.simd_eq(zero),
-        CullMode::Back => area.simd_lt(zero),
-        CullMode::Front => area.simd_gt(zero),
-    };
     let least_x = least::<S>(least::<S>(x0, x1), x2);
     let largest_x = largest::<S>(largest::<S>(x0, x1), x2);
     let least_y = least::<S>(least::<S>(y0, y1), y2);
@@ -320,13 +458,6 @@ fn set_up<S: Simd>(
         (largest_y * per_subpixel - 0.5).floor(),
         S::f64s::splat(simd, f64::from(drawing.height - 1)),
     );
-    let drawn = drawn & first_x.simd_le(last_x) & first_y.simd_le(last_y);
-    let present = drawn.to_bitmask();
-    if present == 0 {
-        return;
-    }
-    block.present |= (present << first) as u8;
-
     let d0 = S::f64s::from_slice(simd, &corners[2][0][range.clone()]);
     let d1 = S::f64s::from_slice(simd, &corners[2][1][range.clone()]);
     let d2 = S::f64s::from_slice(simd, &corners[2][2][range.clone()]);

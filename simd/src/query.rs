@@ -17,6 +17,15 @@ pub struct Tiles<'a> {
     pub across: usize,
 }
 
+impl Tiles<'_> {
+    /// Whether a tile is covered as a whole and none of its parts is farther than `depth`.
+    #[inline(always)]
+    pub(crate) fn is_full_before(&self, tile_x: i32, tile_y: i32, depth: f32) -> bool {
+        let tile = tile_y as usize * self.across + tile_x as usize;
+        self.coverage[tile] == u64::MAX && self.depths[tile].iter().all(|&part| part >= depth)
+    }
+}
+
 /// Whether all samples in columns `x` and rows `y`, ends included, are covered by parts that are strictly nearer than
 /// `depth`. The rectangle lies within the picture.
 pub fn is_behind_all(level: Level, tiles: Tiles<'_>, x: [i32; 2], y: [i32; 2], depth: f32) -> bool {

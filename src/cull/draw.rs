@@ -226,8 +226,8 @@ impl Worker {
                     triangles: geometry.triangles,
                 },
                 &screen,
-                size,
                 cull,
+                buffer.tiles(),
                 &mut self.blocks,
             );
         }

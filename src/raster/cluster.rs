@@ -6,6 +6,7 @@ use antumbra_simd::spans::{SpanBlock, SpanTriangle};
 use antumbra_simd::triangle::{CullMode, Triangle};
 use antumbra_simd::vertex::{ClipVertex, ScreenTransform, transform};
 
+use super::TileBuffer;
 use super::clip::clip_triangle;
 use crate::view::PictureSize;
 
@@ -19,22 +20,24 @@ pub struct ClusterAssembler {
 
 impl ClusterAssembler {
     /// Appends a cluster's triangles that can cover a sample to `blocks`: first those that need no clipping, in their
-    /// order, then what is left of the others.
+    /// order, then what is left of the others. Some that what is drawn already hides are left out.
     pub fn assemble(
         &mut self,
         level: Level,
         cluster: Cluster<'_>,
         screen: &ScreenTransform,
-        size: PictureSize,
         cull: CullMode,
+        drawn: &TileBuffer,
         blocks: &mut Vec<SpanBlock>,
     ) {
+        let size = drawn.size();
         let (width, height) = (size.width() as i32, size.height() as i32);
         let drawing = Drawing {
             screen,
             cull,
             width,
             height,
+            drawn: drawn.tiles(),
         };
         self.to_clip.clear();
         assemble(

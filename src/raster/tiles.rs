@@ -96,12 +96,16 @@ impl TileBuffer {
 
     /// Whether all samples of a rectangle are covered by parts that are strictly nearer than `depth`.
     pub(crate) fn is_before(&self, x: [i32; 2], y: [i32; 2], depth: f32) -> bool {
-        let tiles = Tiles {
+        is_behind_all(self.level, self.tiles(), x, y, depth)
+    }
+
+    /// What questions read.
+    pub(crate) fn tiles(&self) -> Tiles<'_> {
+        Tiles {
             coverage: &self.coverage,
             depths: &self.depths,
             across: self.size.tiles_across(),
-        };
-        is_behind_all(self.level, tiles, x, y, depth)
+        }
     }
 
     /// Fills triangles in order.

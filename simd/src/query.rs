@@ -26,18 +26,44 @@ impl Tiles<'_> {
     }
 }
 
-/// Whether all samples in columns `x` and rows `y`, ends included, are covered by parts that are strictly nearer than
-/// `depth`. The rectangle lies within the picture.
-pub fn is_behind_all(level: Level, tiles: Tiles<'_>, x: [i32; 2], y: [i32; 2], depth: f32) -> bool {
+/// What has to be covered for a rectangle to be hidden.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Covered {
+    /// The rectangle's own samples.
+    Samples,
+    /// The parts that hold them, as a whole. A part that is covered as a whole only ever becomes nearer; the depth of
+    /// another may move away when it gets more samples. What is hidden in this sense is so at any later time too.
+    Parts,
+}
+
+/// A question: is a rectangle of samples, within the picture, hidden?
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rectangle {
+    /// First and last column.
+    pub x: [i32; 2],
+    /// First and last row.
+    pub y: [i32; 2],
+    /// Nothing in it is nearer.
+    pub nearest: f32,
+}
+
+/// Whether all of a rectangle's samples are covered by parts that are strictly nearer.
+pub fn is_behind_all(
+    level: Level,
+    tiles: Tiles<'_>,
+    rectangle: Rectangle,
+    covered: Covered,
+) -> bool {
     match level.token() {
-        None => is_behind_all_plain(tiles, x, y, depth),
+        None => is_behind_all_plain(tiles, rectangle, covered),
         Some(token) => {
-            dispatch!(token, simd => is_behind_all_vector(simd, tiles, x, y, depth))
+            dispatch!(token, simd => is_behind_all_vector(simd, tiles, rectangle, covered))
         }
     }
 }
 
-fn is_behind_all_plain(tiles: Tiles<'_>, x: [i32; 2], y: [i32; 2], depth: f32) -> bool {
+fn is_behind_all_plain(tiles: Tiles<'_>, rectangle: Rectangle, covered: Covered) -> bool {
+    let Rectangle { x, y, nearest } = rectangle;
     let within = |range: [i32; 2], tile: i32| {
         let first = tile * TILE_SIZE;
         [
@@ -49,11 +75,17 @@ fn is_behind_all_plain(tiles: Tiles<'_>, x: [i32; 2], y: [i32; 2], depth: f32) -
         (x[0] / TILE_SIZE..=x[1] / TILE_SIZE).all(|tile_x| {
             let mask = rectangle_mask(within(x, tile_x), within(y, tile_y));
             let tile = tile_y as usize * tiles.across + tile_x as usize;
-            mask & !tiles.coverage[tile] == 0
-                && tiles.depths[tile]
-                    .iter()
-                    .zip(PART_MASKS)
-                    .all(|(&part, samples)| mask & samples == 0 || depth < part)
+            tiles.depths[tile]
+                .iter()
+                .zip(PART_MASKS)
+                .filter(|&(_, samples)| mask & samples != 0)
+                .all(|(&depth, samples)| {
+                    let needed = match covered {
+                        Covered::Samples => mask & samples,
+                        Covered::Parts => samples,
+                    };
+                    needed & !tiles.coverage[tile] == 0 && nearest < depth
+                })
         })
     })
 }
@@ -62,20 +94,21 @@ fn is_behind_all_plain(tiles: Tiles<'_>, x: [i32; 2], y: [i32; 2], depth: f32) -
 fn is_behind_all_vector<S: Simd>(
     simd: S,
     tiles: Tiles<'_>,
-    x: [i32; 2],
-    y: [i32; 2],
-    depth: f32,
+    rectangle: Rectangle,
+    covered: Covered,
 ) -> bool {
+    let Rectangle { x, y, nearest } = rectangle;
     let lanes = S::u32s::LEN;
     let per_vector = lanes / PARTS_PER_TILE;
     if tiles.across < per_vector {
-        return is_behind_all_plain(tiles, x, y, depth);
+        return is_behind_all_plain(tiles, rectangle, covered);
     }
     let coverage: &[u32] = bytemuck::cast_slice(tiles.coverage);
     let depths = tiles.depths.as_flattened();
     let (first, last) = ((x[0] / TILE_SIZE) as usize, (x[1] / TILE_SIZE) as usize);
     let none = S::u32s::splat(simd, 0);
-    let depth = S::f32s::splat(simd, depth);
+    let depth = S::f32s::splat(simd, nearest);
+    let whole = S::u32s::splat(simd, u32::MAX);
     // Lane by lane: the column of its tile, its part.
     let column = S::i32s::from_fn(simd, |i| (i / PARTS_PER_TILE) as i32 * TILE_SIZE);
     let part = S::u32s::from_fn(simd, |i| 0_u32.wrapping_sub((i % PARTS_PER_TILE) as u32));
@@ -94,11 +127,14 @@ fn is_behind_all_vector<S: Simd>(
             let skip = S::i32s::splat(simd, x[0]) - from;
             let keep = S::i32s::splat(simd, x[1] + 1) - from;
             let columns = bits_below::<S>(simd, keep) & !bits_below::<S>(simd, skip);
-            let mask = columns & rows;
+            let mut mask = columns & rows;
+            if covered == Covered::Parts {
+                mask = mask.simd_eq(none).select(none, whole);
+            }
             let at = (row + start) * PARTS_PER_TILE;
-            let covered = S::u32s::from_slice(simd, &coverage[at..at + lanes]);
+            let shown = S::u32s::from_slice(simd, &coverage[at..at + lanes]);
             let nearer = S::f32s::from_slice(simd, &depths[at..at + lanes]).simd_gt(depth);
-            let open = nearer.select(mask & !covered, mask);
+            let open = nearer.select(mask & !shown, mask);
             if !open.simd_eq(none).all_true() {
                 return false;
             }

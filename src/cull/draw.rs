@@ -1,13 +1,14 @@
 //! Draws occluders into the buffer: batch after batch, each asked first, cluster by cluster.
 
 use antumbra_simd::Level;
-use antumbra_simd::assemble::Cluster;
+use antumbra_simd::assemble as simd;
+use antumbra_simd::query::Covered;
 use antumbra_simd::spans::SpanBlock;
 use rayon::prelude::*;
 
 use super::{Settings, Statistics};
 use crate::occlusion::{Footprint, OcclusionBuffer};
-use crate::prepare::{ClusteredMesh, ClusteredScene};
+use crate::prepare::{Cluster, ClusteredMesh, ClusteredScene};
 use crate::raster::{ClusterAssembler, CullMode};
 use crate::scene::{Object, Scene, is_mirroring};
 
@@ -71,6 +72,7 @@ enum Answer {
 #[derive(Debug, Default)]
 struct Worker {
     assembler: ClusterAssembler,
+    footprints: Vec<Footprint>,
     blocks: Vec<SpanBlock>,
 }
 
@@ -181,7 +183,7 @@ fn ask(
         let has_proxy = scene.objects()[object as usize].occluder_proxy.is_some();
         if has_proxy && footprint == Footprint::Unbounded {
             Answer::CutOpen
-        } else if buffer.test_so_far(footprint).is_hidden() {
+        } else if buffer.hides(footprint, Covered::Samples) {
             Answer::Hidden
         } else {
             Answer::Visible
@@ -198,6 +200,7 @@ impl Worker {
         level: Level,
         buffer: &OcclusionBuffer,
     ) {
+        let bounds = &scene.bounds()[object as usize];
         let object = &scene.objects()[object as usize];
         let Some(mesh) = occluders.mesh_of(object) else {
             return;
@@ -210,7 +213,22 @@ impl Worker {
         } else {
             CullMode::Back
         };
+        self.footprints.clear();
+        if mesh.clusters().len() > 1 {
+            buffer.screen().footprints_of_local_boxes(
+                level,
+                &screen,
+                bounds,
+                mesh.clusters().iter().map(Cluster::bounds),
+                &mut self.footprints,
+            );
+        }
         for (index, cluster) in mesh.clusters().iter().enumerate() {
+            // Drawing what is hidden would not change a bit, now or when its turn comes.
+            let footprint = self.footprints.get(index);
+            if footprint.is_some_and(|&f| buffer.hides(f, Covered::Parts)) {
+                continue;
+            }
             let geometry = mesh.geometry(index);
             let cull = if cluster.double_sided {
                 CullMode::None
@@ -219,7 +237,7 @@ impl Worker {
             };
             self.assembler.assemble(
                 level,
-                Cluster {
+                simd::Cluster {
                     x: geometry.x,
                     y: geometry.y,
                     z: geometry.z,

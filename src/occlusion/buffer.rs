@@ -1,11 +1,12 @@
 //! The query interface for engines that have their own scene.
 
 use antumbra_simd::{Level, PART_HEIGHT};
+use antumbra_simd::query::{Covered, Rectangle};
 use antumbra_simd::spans::SpanBlock;
 use antumbra_simd::triangle::Triangle;
 use glam::{DAffine3, DVec3};
 
-use super::{Accuracy, Footprint, OcclusionMap, Screen, is_behind, is_covered, is_covered_so_far};
+use super::{Accuracy, Footprint, OcclusionMap, SampleRect, Screen, is_behind, is_covered, is_covered_so_far};
 use crate::raster::{Assembler, CullMode, Geometry, TileBuffer};
 use crate::scene::{Aabb, is_mirroring};
 use crate::view::{Camera, PictureSize};
@@ -158,17 +159,17 @@ impl OcclusionBuffer {
         self.finished = false;
     }
 
-    /// The quick half of [`OcclusionBuffer::test`], from the tiles as they are: hidden is final, visible is not.
-    pub(crate) fn test_so_far(&self, footprint: Footprint) -> Visibility {
-        let hidden = match footprint {
+    /// Whether a shape is hidden, by its rectangle and its nearest depth alone, from the tiles as they are. "No" may
+    /// become "yes".
+    pub(crate) fn hides(&self, footprint: Footprint, covered: Covered) -> bool {
+        match footprint {
             Footprint::Unbounded => false,
             Footprint::Nowhere => true,
-            Footprint::Within(rect) => self.tiles.is_before(rect.x, rect.y, rect.nearest_depth),
-        };
-        if hidden {
-            Visibility::Hidden
-        } else {
-            Visibility::Visible
+            Footprint::Within(SampleRect {
+                x,
+                y,
+                nearest_depth: nearest,
+            }) => self.tiles.hides(Rectangle { x, y, nearest }, covered),
         }
     }
 
@@ -211,7 +212,7 @@ impl OcclusionBuffer {
             Footprint::Unbounded => false,
             Footprint::Nowhere => true,
             Footprint::Within(rect) if self.accuracy == Accuracy::Exact => {
-                self.tiles.is_before(rect.x, rect.y, rect.nearest_depth)
+                self.hides(Footprint::Within(rect), Covered::Samples)
             }
             Footprint::Within(rect) => {
                 let covered = if self.finished {

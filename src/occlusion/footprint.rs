@@ -117,39 +117,73 @@ impl Screen {
         boxes: impl Iterator<Item = &'a Aabb>,
         footprints: &mut Vec<Footprint>,
     ) {
-        let (t, eye) = (&self.from_eye, self.camera.eye());
+        let eye = self.camera.eye();
+        let boxes = boxes.map(|bounds| {
+            let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
+            let relative = Aabb {
+                min: bounds.min - eye,
+                max: bounds.max - eye,
+            };
+            // What is empty or not finite is so relative to the eye as well.
+            (relative, 2.0 * self.position_error(reach))
+        });
+        self.footprints_of_boxes(level, &self.from_eye, boxes, footprints);
+    }
+
+    /// Where boxes may be drawn that are axis-aligned in the local coordinates of something within `bounds`, several at
+    /// once; `from_local` is its transform to the screen.
+    pub(crate) fn footprints_of_local_boxes(
+        &self,
+        level: Level,
+        from_local: &ScreenTransform,
+        bounds: &Aabb,
+        boxes: impl Iterator<Item = Aabb>,
+        footprints: &mut Vec<Footprint>,
+    ) {
+        let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
+        let error = 2.0 * self.position_error(reach);
+        let boxes = boxes.map(|b| (b, error));
+        self.footprints_of_boxes(level, from_local, boxes, footprints);
+    }
+
+    /// Boxes in the coordinates that `screen` takes, each with how far it may be off in scene units.
+    fn footprints_of_boxes(
+        &self,
+        level: Level,
+        screen: &ScreenTransform,
+        boxes: impl Iterator<Item = (Aabb, f64)>,
+        footprints: &mut Vec<Footprint>,
+    ) {
         let view = BoxView {
-            screen: *t,
+            screen: *screen,
             norms: [self.norms.x, self.norms.y, self.norms.depth, self.norms.w],
             snap_error: SNAP_ERROR,
             relative_error: POSITION_ERROR,
             size: [self.size.width() as f64, self.size.height() as f64],
         };
         let mut boxes = boxes.peekable();
+        let mut block = BoxBlock::EMPTY;
+        let mut rects = RectBlock::EMPTY;
         while boxes.peek().is_some() {
-            let mut block = BoxBlock::EMPTY;
-            let mut rects = RectBlock::EMPTY;
-            let mut valid = [false; BOXES];
+            let mut valid = 0_u8;
             let mut count = 0;
-            for (i, bounds) in boxes.by_ref().take(BOXES).enumerate() {
-                let (min, max) = (bounds.min - eye, bounds.max - eye);
-                let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
+            for (i, (b, error)) in boxes.by_ref().take(BOXES).enumerate() {
                 for axis in 0..3 {
-                    block.min[axis][i] = min[axis];
-                    block.max[axis][i] = max[axis];
+                    block.min[axis][i] = b.min[axis];
+                    block.max[axis][i] = b.max[axis];
                 }
-                block.error[i] = 2.0 * self.position_error(reach);
-                valid[i] = bounds.is_valid();
+                block.error[i] = error;
+                valid |= u8::from(b.is_valid()) << i;
                 count = i + 1;
             }
             project_boxes(level, &view, &block, &mut rects);
+            let bounded = valid & rects.bounded;
             footprints.extend((0..count).map(|i| {
                 let nearest_depth = round_up(rects.nearest[i]);
-                if !(valid[i] && rects.bounded >> i & 1 == 1 && nearest_depth.is_finite()) {
+                if bounded >> i & 1 == 0 || !nearest_depth.is_finite() {
                     return Footprint::Unbounded;
                 }
                 let (x, y) = (rects.x.map(|x| x[i]), rects.y.map(|y| y[i]));
-                // Written so that a NaN is no reason to say nowhere.
                 if x[0] > x[1] || y[0] > y[1] {
                     return Footprint::Nowhere;
                 }

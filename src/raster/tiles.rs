@@ -4,7 +4,7 @@ use antumbra_simd::PARTS_PER_TILE;
 use antumbra_simd::coverage::rectangle_mask;
 use antumbra_simd::Level;
 use antumbra_simd::fill::{TileRows, fill};
-use antumbra_simd::query::{Tiles, is_behind_all};
+use antumbra_simd::query::{Covered, Rectangle, Tiles, is_behind_all};
 use antumbra_simd::spans::{BLOCK, SpanBlock, SpanTriangle};
 use antumbra_simd::tile::UNCOVERED;
 use antumbra_simd::triangle::Triangle;
@@ -94,9 +94,9 @@ impl TileBuffer {
         self.fill_blocks(&blocks, threads);
     }
 
-    /// Whether all samples of a rectangle are covered by parts that are strictly nearer than `depth`.
-    pub(crate) fn is_before(&self, x: [i32; 2], y: [i32; 2], depth: f32) -> bool {
-        is_behind_all(self.level, self.tiles(), x, y, depth)
+    /// Whether a rectangle of samples is hidden.
+    pub(crate) fn hides(&self, rectangle: Rectangle, covered: Covered) -> bool {
+        is_behind_all(self.level, self.tiles(), rectangle, covered)
     }
 
     /// What questions read.

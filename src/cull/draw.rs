@@ -19,6 +19,9 @@ const OBJECTS_PER_BATCH: usize = 16;
 /// A thread that draws alone fills when it has this many blocks, while they are still in its nearest cache.
 const BLOCKS_PER_FLUSH: usize = 12;
 
+/// Fewer clusters than this are drawn by the calling thread alone: waking others costs more.
+const FEWEST_TO_SHARE: usize = 8;
+
 /// What is known of a scene's occluders before any frame.
 #[derive(Debug)]
 pub struct Occluders {
@@ -57,7 +60,15 @@ impl Occluders {
 pub struct DrawMemory {
     footprints: Vec<Footprint>,
     answers: Vec<Answer>,
+    to_draw: Vec<ToDraw>,
     workers: Vec<Worker>,
+}
+
+/// A cluster of an object that was not found hidden.
+#[derive(Clone, Copy, Debug)]
+struct ToDraw {
+    object: u32,
+    cluster: u32,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,7 +83,6 @@ enum Answer {
 #[derive(Debug, Default)]
 struct Worker {
     assembler: ClusterAssembler,
-    footprints: Vec<Footprint>,
     blocks: Vec<SpanBlock>,
 }
 
@@ -130,34 +140,13 @@ pub fn draw_occluders(
                 }
             }
         }
-        let to_draw = &drawn.occluders[first..];
-        drawn.statistics.occluders_drawn += to_draw.len() as u64;
-        if threads == 1 {
-            let worker = &mut memory.workers[0];
-            worker.blocks.clear();
-            for &object in to_draw {
-                worker.assemble(scene, occluders, object, settings.level, buffer);
-                if worker.blocks.len() >= BLOCKS_PER_FLUSH {
-                    buffer.draw_blocks(&worker.blocks, 1);
-                    worker.blocks.clear();
-                }
-            }
-        } else {
-            let share = to_draw.len().div_ceil(threads).max(1);
-            memory
-                .workers
-                .par_iter_mut()
-                .enumerate()
-                .for_each(|(index, worker)| {
-                    worker.blocks.clear();
-                    for &object in to_draw.iter().skip(index * share).take(share) {
-                        worker.assemble(scene, occluders, object, settings.level, buffer);
-                    }
-                });
+        let objects = &drawn.occluders[first..];
+        drawn.statistics.occluders_drawn += objects.len() as u64;
+        memory.to_draw.clear();
+        for &object in objects {
+            ask_clusters(scene, occluders, object, settings.level, buffer, memory);
         }
-        for worker in &memory.workers {
-            buffer.draw_blocks(&worker.blocks, threads);
-        }
+        draw_clusters(scene, occluders, settings.level, threads, buffer, memory);
         if spent {
             break;
         }
@@ -191,46 +180,98 @@ fn ask(
     }));
 }
 
+/// Appends the clusters of an object that are not hidden to those to draw. Drawing a hidden one would not change a bit.
+fn ask_clusters(
+    scene: &Scene,
+    occluders: &Occluders,
+    object: u32,
+    level: Level,
+    buffer: &OcclusionBuffer,
+    memory: &mut DrawMemory,
+) {
+    let placed = &scene.objects()[object as usize];
+    let Some(mesh) = occluders.mesh_of(placed) else {
+        return;
+    };
+    let all = (0..mesh.clusters().len() as u32).map(|cluster| ToDraw { object, cluster });
+    if mesh.clusters().len() == 1 {
+        return memory.to_draw.extend(all);
+    }
+    let screen = buffer.screen();
+    memory.footprints.clear();
+    screen.footprints_of_local_boxes(
+        level,
+        &screen.from_local(&placed.world_from_local),
+        &scene.bounds()[object as usize],
+        mesh.clusters().iter().map(Cluster::bounds),
+        &mut memory.footprints,
+    );
+    let asked = all.zip(&memory.footprints);
+    let visible = asked.filter(|&(_, &footprint)| !buffer.hides(footprint, Covered::Samples));
+    memory.to_draw.extend(visible.map(|(cluster, _)| cluster));
+}
+
+fn draw_clusters(
+    scene: &Scene,
+    occluders: &Occluders,
+    level: Level,
+    threads: usize,
+    buffer: &mut OcclusionBuffer,
+    memory: &mut DrawMemory,
+) {
+    let DrawMemory {
+        to_draw, workers, ..
+    } = memory;
+    if threads == 1 || to_draw.len() < FEWEST_TO_SHARE {
+        let worker = &mut workers[0];
+        worker.blocks.clear();
+        for of_object in to_draw.chunk_by(|a, b| a.object == b.object) {
+            worker.assemble(scene, occluders, of_object, level, buffer);
+            if worker.blocks.len() >= BLOCKS_PER_FLUSH {
+                buffer.draw_blocks(&[&worker.blocks], 1);
+                worker.blocks.clear();
+            }
+        }
+        return buffer.draw_blocks(&[&worker.blocks], 1);
+    }
+    let share = to_draw.len().div_ceil(workers.len());
+    let shares = workers.par_iter_mut().zip(to_draw.par_chunks(share));
+    let count = shares.len();
+    shares.for_each(|(worker, share)| {
+        worker.blocks.clear();
+        for of_object in share.chunk_by(|a, b| a.object == b.object) {
+            worker.assemble(scene, occluders, of_object, level, buffer);
+        }
+    });
+    let blocks: Vec<&[SpanBlock]> = workers[..count].iter().map(|w| &w.blocks[..]).collect();
+    buffer.draw_blocks(&blocks, threads);
+}
+
 impl Worker {
+    /// Appends the triangles of some clusters of one object.
     fn assemble(
         &mut self,
         scene: &Scene,
         occluders: &Occluders,
-        object: u32,
+        clusters: &[ToDraw],
         level: Level,
         buffer: &OcclusionBuffer,
     ) {
-        let bounds = &scene.bounds()[object as usize];
-        let object = &scene.objects()[object as usize];
+        let object = &scene.objects()[clusters[0].object as usize];
         let Some(mesh) = occluders.mesh_of(object) else {
             return;
         };
         let place = &object.world_from_local;
-        let size = buffer.tiles().size();
-        let screen = buffer.screen().camera().screen_from_local(size, place);
+        let screen = buffer.screen().from_local(place);
         let single_sided = if is_mirroring(place) {
             CullMode::Front
         } else {
             CullMode::Back
         };
-        self.footprints.clear();
-        if mesh.clusters().len() > 1 {
-            buffer.screen().footprints_of_local_boxes(
-                level,
-                &screen,
-                bounds,
-                mesh.clusters().iter().map(Cluster::bounds),
-                &mut self.footprints,
-            );
-        }
-        for (index, cluster) in mesh.clusters().iter().enumerate() {
-            // Drawing what is hidden would not change a bit, now or when its turn comes.
-            let footprint = self.footprints.get(index);
-            if footprint.is_some_and(|&f| buffer.hides(f, Covered::Parts)) {
-                continue;
-            }
+        for to_draw in clusters {
+            let index = to_draw.cluster as usize;
             let geometry = mesh.geometry(index);
-            let cull = if cluster.double_sided {
+            let cull = if mesh.clusters()[index].double_sided {
                 CullMode::None
             } else {
                 single_sided

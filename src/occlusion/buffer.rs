@@ -153,8 +153,8 @@ impl OcclusionBuffer {
         self.finished = false;
     }
 
-    /// Draws triangles that were assembled for this buffer's camera and size.
-    pub(crate) fn draw_blocks(&mut self, blocks: &[SpanBlock], threads: usize) {
+    /// Draws triangles that were assembled for this buffer's camera and size, run after run.
+    pub(crate) fn draw_blocks(&mut self, blocks: &[&[SpanBlock]], threads: usize) {
         self.tiles.fill_blocks(blocks, threads);
         self.finished = false;
     }

@@ -15,7 +15,7 @@ use antumbra_simd::boxes::{BOXES, BoxBlock, BoxView, RectBlock, project_boxes};
 use antumbra_simd::{Level, SUBPIXELS};
 use antumbra_simd::bounds::{Extent, project_corners};
 use antumbra_simd::vertex::ScreenTransform;
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
 use crate::scene::Aabb;
 use crate::view::{Camera, PictureSize};
@@ -94,6 +94,11 @@ impl Screen {
     /// The picture's size.
     pub fn size(&self) -> PictureSize {
         self.size
+    }
+
+    /// The transform from local coordinates to the screen.
+    pub(crate) fn from_local(&self, world_from_local: &DAffine3) -> ScreenTransform {
+        self.camera.screen_from_local(self.size, world_from_local)
     }
 
     /// Where an axis-aligned world box may be drawn.

@@ -10,12 +10,9 @@ use antumbra_simd::tile::UNCOVERED;
 use antumbra_simd::triangle::Triangle;
 use crate::view::PictureSize;
 
-/// Rows of tiles that one thread fills at a time. Chosen small enough to share a picture out, large enough that a
-/// triangle seldom meets two.
-const ROWS_PER_BAND: usize = 4;
-
-/// Fewer blocks of triangles than this are filled by the calling thread alone: waking others costs more.
-const FEWEST_TO_SHARE: usize = 32;
+/// Rows of tiles are shared out in so many bands for each thread: enough that one with much in it does not hold up the
+/// others, few enough that a triangle seldom meets two. The bits do not depend on it.
+const BANDS_PER_THREAD: usize = 3;
 
 /// Coverage masks and no-background depths of all tiles, row by row.
 #[derive(Clone, Debug, PartialEq)]
@@ -91,7 +88,7 @@ impl TileBuffer {
         SpanBlock::pack(triangles.iter().map(SpanTriangle::from), &mut blocks);
         let in_a_pool = rayon::current_thread_index().is_some();
         let threads = if in_a_pool { rayon::current_num_threads() } else { 1 };
-        self.fill_blocks(&blocks, threads);
+        self.fill_blocks(&[&blocks], threads);
     }
 
     /// Whether a rectangle of samples is hidden.
@@ -108,14 +105,14 @@ impl TileBuffer {
         }
     }
 
-    /// Fills triangles in order.
-    pub(crate) fn fill_blocks(&mut self, blocks: &[SpanBlock], threads: usize) {
+    /// Fills triangles in order, run after run.
+    pub(crate) fn fill_blocks(&mut self, runs: &[&[SpanBlock]], threads: usize) {
         let across = self.size.tiles_across();
-        let serial = blocks.len() < FEWEST_TO_SHARE || threads == 1;
-        let rows = if serial {
-            self.size.tiles_down()
+        let down = self.size.tiles_down();
+        let rows = if threads == 1 {
+            down
         } else {
-            ROWS_PER_BAND
+            down.div_ceil(BANDS_PER_THREAD * threads)
         };
         let tiles = rows * across;
         let level = self.level;
@@ -134,12 +131,17 @@ impl TileBuffer {
                 first_row: (index * rows) as i32,
                 across,
             });
-        if serial {
-            bands.for_each(|mut band| fill(level, blocks, &mut band));
+        let fill_band = |mut band: TileRows<'_>| {
+            for run in runs {
+                fill(level, run, &mut band);
+            }
+        };
+        if threads == 1 {
+            bands.for_each(fill_band);
         } else {
             rayon::scope(|scope| {
-                for mut band in bands {
-                    scope.spawn(move |_| fill(level, blocks, &mut band));
+                for band in bands {
+                    scope.spawn(move |_| fill_band(band));
                 }
             });
         }

@@ -13,11 +13,15 @@
 //! | [`coverage`] | which of a tile's 64 pixel centres a triangle covers |
 //! | [`tile`] | merges a triangle into a tile's coverage and depth |
 //! | [`pyramid`] | averages four cells of an occlusion map into one |
-//! | [`bounds`] | projects the corners of boxes to a screen rectangle |
+//! | [`bounds`] | projects the corners of boxes to the screen |
+//! | [`outline`] | the samples inside a box's outline, and whether they are covered |
+//! | [`faces`] | the nearest depth of a box over tile parts, and whether it is farther than theirs |
 
 pub mod bounds;
 pub mod coverage;
+pub mod faces;
 mod level;
+pub mod outline;
 pub mod pyramid;
 pub mod tile;
 pub mod triangle;

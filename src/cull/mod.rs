@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
 use crate::occluders::{Budget, nearest_first, occluder_mesh, occluder_triangles, occludes};
-use crate::occlusion::{Accuracy, Footprint, OcclusionBuffer};
+use crate::occlusion::{Accuracy, Footprint, OcclusionBuffer, ProjectedBox};
 use crate::raster::ObjectAssembler;
 use crate::scene::Scene;
 use crate::view::{Camera, Frustum, PictureSize};
@@ -194,6 +194,20 @@ fn frame(
     }
 }
 
+/// Whether an object is hidden: by its world box, or by its own.
+fn is_hidden(
+    scene: &Scene,
+    buffer: &OcclusionBuffer,
+    object: u32,
+    world_box: &ProjectedBox,
+) -> bool {
+    let by = |b: &ProjectedBox| buffer.test_box(b).is_hidden();
+    by(world_box)
+        || scene
+            .own_box(object as usize)
+            .is_some_and(|own| by(&buffer.screen().project_oriented_box(&own.shape, own.growth)))
+}
+
 /// Draws candidates in their order, as far as the budget goes, each asked first; says of each object of the scene
 /// whether it was found hidden, and which were drawn. What is hidden by a part of the occluders stays hidden behind all of them.
 fn draw_occluders(
@@ -211,13 +225,13 @@ fn draw_occluders(
         let answers: Vec<(bool, bool)> = batch
             .par_iter()
             .map(|&object| {
-                let footprint = buffer
+                let world_box = buffer
                     .screen()
-                    .footprint_of_aabb(&scene.bounds()[object as usize]);
+                    .project_aabb(&scene.bounds()[object as usize]);
                 // From inside an object, or cut open by the near plane, its surface does not hide its proxy.
-                let is_whole = footprint != Footprint::Unbounded
+                let is_whole = world_box.footprint() != Footprint::Unbounded
                     || scene.objects()[object as usize].occluder_proxy.is_none();
-                (buffer.test(footprint).is_hidden(), is_whole)
+                (is_hidden(scene, buffer, object, &world_box), is_whole)
             })
             .collect();
         statistics.occluders_asked += batch.len() as u64;

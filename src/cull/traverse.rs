@@ -158,14 +158,16 @@ impl<'a> Pass<'a> {
             if self.frustum.contains(bounds, planes) == Containment::Outside {
                 continue;
             }
-            if !self.hidden[object as usize] && !self.is_hidden(bounds) {
+            if !self.hidden[object as usize] && !self.is_hidden(object) {
                 self.visible.push(object);
             }
         }
     }
 
-    fn is_hidden(&mut self, bounds: &Aabb) -> bool {
+    fn is_hidden(&mut self, object: u32) -> bool {
         self.statistics.objects_tested += 1;
-        self.buffer.test_aabb(bounds).is_hidden()
+        let world_box = &self.scene.bounds()[object as usize];
+        let world_box = self.buffer.screen().project_aabb(world_box);
+        super::is_hidden(self.scene, self.buffer, object, &world_box)
     }
 }

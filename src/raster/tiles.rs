@@ -63,6 +63,12 @@ impl TileBuffer {
         &self.depths
     }
 
+    /// The near layers of each tile's halves: samples of which a nearer depth is known than their half's. See
+    /// [`antumbra_simd::tile`].
+    pub fn near_layers(&self) -> &[NearLayers] {
+        &self.near
+    }
+
     /// The samples of a tile that belong to the picture.
     pub fn picture_mask(&self, tile_x: usize, tile_y: usize) -> u64 {
         let last = |pixels: usize, tile: usize| (pixels - 8 * tile).min(8) as i32 - 1;

@@ -137,20 +137,35 @@ fn assemble_vector<S: Simd>(
     let mut to_set_up = [0_u8; BLOCK];
     let mut waiting = 0;
     for (index, triangles) in cluster.triangles.chunks(BLOCK).enumerate() {
-        let mut drawn = visible_of_block(simd, triangles, index * BLOCK, drawing, vertices, to_clip);
+        let mut drawn =
+            visible_of_block(simd, triangles, index * BLOCK, drawing, vertices, to_clip);
         while drawn != 0 {
             let i = drawn.trailing_zeros() as usize;
             drawn &= drawn - 1;
             to_set_up[waiting] = (index * BLOCK + i) as u8;
             waiting += 1;
             if waiting == BLOCK {
-                set_up_block(simd, cluster.triangles, &to_set_up, drawing, vertices, blocks);
+                set_up_block(
+                    simd,
+                    cluster.triangles,
+                    &to_set_up,
+                    drawing,
+                    vertices,
+                    blocks,
+                );
                 waiting = 0;
             }
         }
     }
     if waiting > 0 {
-        set_up_block(simd, cluster.triangles, &to_set_up[..waiting], drawing, vertices, blocks);
+        set_up_block(
+            simd,
+            cluster.triangles,
+            &to_set_up[..waiting],
+            drawing,
+            vertices,
+            blocks,
+        );
     }
 }
 
@@ -232,7 +247,9 @@ fn extents<S: Simd>(
     let right = S::f32s::splat(simd, (drawing.width - 1) as f32);
     let bottom = S::f32s::splat(simd, (drawing.height - 1) as f32);
     let last_x = (x0.max(x1).max(x2) * per_subpixel - 0.5).floor().min(right);
-    let last_y = (y0.max(y1).max(y2) * per_subpixel - 0.5).floor().min(bottom);
+    let last_y = (y0.max(y1).max(y2) * per_subpixel - 0.5)
+        .floor()
+        .min(bottom);
     let sampled = first_x.simd_le(last_x) & first_y.simd_le(last_y);
     let len = range.len();
     columns[0][range.clone()].copy_from_slice(&first_x.as_slice()[..len]);
@@ -309,12 +326,7 @@ fn row<S: Simd>(r: &[f64; 4], x: S::f64s, y: S::f64s, z: S::f64s) -> S::f64s {
 
 /// Transforms and snaps all vertices of a cluster.
 #[inline(always)]
-fn project<S: Simd>(
-    simd: S,
-    cluster: Cluster<'_>,
-    t: &ScreenTransform,
-    vertices: &mut Vertices,
-) {
+fn project<S: Simd>(simd: S, cluster: Cluster<'_>, t: &ScreenTransform, vertices: &mut Vertices) {
     let lanes = S::f64s::LEN;
     vertices.inside = 0;
     for at in (0..cluster.x.len()).step_by(2 * lanes) {
@@ -361,10 +373,7 @@ fn project_lanes<S: Simd>(
     let inverse = S::f64s::splat(simd, 1.0) / w;
     let range = at..at + S::f64s::LEN;
     (depth * inverse).store_slice(&mut vertices.depth[range]);
-    [
-        (x * inverse + 0.5).floor(),
-        (y * inverse + 0.5).floor(),
-    ]
+    [(x * inverse + 0.5).floor(), (y * inverse + 0.5).floor()]
 }
 
 #[inline(always)]
@@ -419,9 +428,12 @@ fn store_by_side<S: Simd>(
 ) {
     let range = first..first + S::f64s::LEN;
     let [e0, e1, e2, e3] = edges;
-    l0.select(a, l1.select(b, c)).store_slice(&mut e0[range.clone()]);
-    l2.select(c, l1.select(b, a)).store_slice(&mut e1[range.clone()]);
-    l0.select(l1.select(c, b), a).store_slice(&mut e2[range.clone()]);
+    l0.select(a, l1.select(b, c))
+        .store_slice(&mut e0[range.clone()]);
+    l2.select(c, l1.select(b, a))
+        .store_slice(&mut e1[range.clone()]);
+    l0.select(l1.select(c, b), a)
+        .store_slice(&mut e2[range.clone()]);
     l2.select(l1.select(a, b), c).store_slice(&mut e3[range]);
 }
 
@@ -471,8 +483,18 @@ fn set_up<S: Simd>(
     let e1 = crossing(simd, [x1, y1], [x2, y2]);
     let e2 = crossing(simd, [x2, y2], [x0, y0]);
     let sides = [e0.is_lower, e1.is_lower, e2.is_lower];
-    store_by_side::<S>(sides, [e0.slope, e1.slope, e2.slope], &mut block.slope, first);
-    store_by_side::<S>(sides, [e0.at_zero, e1.at_zero, e2.at_zero], &mut block.at_zero, first);
+    store_by_side::<S>(
+        sides,
+        [e0.slope, e1.slope, e2.slope],
+        &mut block.slope,
+        first,
+    );
+    store_by_side::<S>(
+        sides,
+        [e0.at_zero, e1.at_zero, e2.at_zero],
+        &mut block.at_zero,
+        first,
+    );
     first_x.store_slice(&mut block.x[0][range.clone()]);
     last_x.store_slice(&mut block.x[1][range.clone()]);
     first_y.store_slice(&mut block.y[0][range.clone()]);

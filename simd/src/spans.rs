@@ -30,7 +30,11 @@ impl Spans {
     /// The spans between three edges.
     pub fn between(edges: &[Edge; 3]) -> Spans {
         let crossing = |e: &Edge| {
-            let inverse = if e.a == 0 { HORIZONTAL } else { 1.0 / e.a as f64 };
+            let inverse = if e.a == 0 {
+                HORIZONTAL
+            } else {
+                1.0 / e.a as f64
+            };
             (-(e.b as f64) * inverse, -(e.c as f64 + 0.5) * inverse)
         };
         let mut slope = [0.0; 4];
@@ -56,10 +60,7 @@ impl Spans {
         // A quarter beside the first and the last column, so that the ceiling gives what it should.
         let (least, largest) = (f64::from(x[0]) - 0.25, f64::from(x[1]) + 0.75);
         let column = |v: f64| lesser(greater(v, least), largest).ceil() as i32;
-        [
-            column(greater(at(0), at(1))),
-            column(lesser(at(2), at(3))),
-        ]
+        [column(greater(at(0), at(1))), column(lesser(at(2), at(3)))]
     }
 }
 

@@ -168,16 +168,21 @@ fn ask(
         .screen()
         .footprints_of_aabbs(level, bounds, footprints);
     answers.clear();
-    answers.extend(batch.iter().zip(footprints).map(|(&object, &mut footprint)| {
-        let has_proxy = scene.objects()[object as usize].occluder_proxy.is_some();
-        if has_proxy && footprint == Footprint::Unbounded {
-            Answer::CutOpen
-        } else if buffer.hides(footprint, Covered::Samples) {
-            Answer::Hidden
-        } else {
-            Answer::Visible
-        }
-    }));
+    answers.extend(
+        batch
+            .iter()
+            .zip(footprints)
+            .map(|(&object, &mut footprint)| {
+                let has_proxy = scene.objects()[object as usize].occluder_proxy.is_some();
+                if has_proxy && footprint == Footprint::Unbounded {
+                    Answer::CutOpen
+                } else if buffer.hides(footprint, Covered::Samples) {
+                    Answer::Hidden
+                } else {
+                    Answer::Visible
+                }
+            }),
+    );
 }
 
 /// Appends the clusters of an object that are not hidden to those to draw. Drawing a hidden one would not change a bit.

@@ -18,7 +18,7 @@ use std::time::Instant;
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
 use crate::occluders::{Budget, nearest_first};
-use crate::occlusion::{Accuracy, Footprint, OcclusionBuffer};
+use crate::occlusion::{Accuracy, Footprint, OcclusionBuffer, ProjectedBox};
 use crate::scene::Scene;
 use crate::view::{Camera, Frustum, PictureSize};
 
@@ -125,7 +125,9 @@ impl Culler {
 
     /// How many threads are used.
     pub fn threads(&self) -> usize {
-        self.pool.as_ref().map_or(1, ThreadPool::current_num_threads)
+        self.pool
+            .as_ref()
+            .map_or(1, ThreadPool::current_num_threads)
     }
 
     /// What the last frame drew; none before the first.
@@ -167,7 +169,11 @@ fn frame(
     let mut in_frustum = traverse::in_frustum(scene, &frustum);
     let candidates = &mut memory.candidates;
     candidates.clear();
-    candidates.extend(in_frustum.iter().filter(|&&o| occluders.triangles_of(o) > 0));
+    candidates.extend(
+        in_frustum
+            .iter()
+            .filter(|&&o| occluders.triangles_of(o) > 0),
+    );
     nearest_first(scene, camera.eye(), candidates, &mut memory.keys);
     in_frustum.sort_unstable();
     let selected = Instant::now();
@@ -202,7 +208,14 @@ fn frame(
     buffer.finish();
     let finished = Instant::now();
 
-    let visible = not_hidden(scene, settings, &in_frustum, buffer, memory, &mut statistics);
+    let visible = not_hidden(
+        scene,
+        settings,
+        &in_frustum,
+        buffer,
+        memory,
+        &mut statistics,
+    );
     statistics.objects_visible = visible.len() as u64;
     let tested = Instant::now();
 
@@ -219,6 +232,16 @@ fn frame(
         statistics,
         times,
     }
+}
+
+/// Whether an object is hidden: by its world box, or by its own.
+fn is_hidden(scene: &Scene, buffer: &OcclusionBuffer, object: u32) -> bool {
+    let screen = buffer.screen();
+    let by = |b: &ProjectedBox| buffer.test_box(b).is_hidden();
+    by(&screen.project_aabb(&scene.bounds()[object as usize]))
+        || scene
+            .own_box(object as usize)
+            .is_some_and(|own| by(&screen.project_oriented_box(&own.shape, own.growth)))
 }
 
 /// The objects that all occluders together do not hide, in scene order.
@@ -246,7 +269,8 @@ fn not_hidden(
     );
     let tests = undecided.iter().zip(&memory.footprints);
     let visible = tests.filter(|&(&object, &footprint)| {
-        scene.objects()[object as usize].never_cull || !buffer.test(footprint).is_hidden()
+        scene.objects()[object as usize].never_cull
+            || !buffer.test(footprint).is_hidden() && !is_hidden(scene, buffer, object)
     });
     visible.map(|(&object, _)| object).collect()
 }

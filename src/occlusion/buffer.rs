@@ -1,14 +1,17 @@
 //! The query interface for engines that have their own scene.
 
-use antumbra_simd::{Level, PART_HEIGHT};
 use antumbra_simd::query::{Covered, Rectangle};
 use antumbra_simd::spans::SpanBlock;
 use antumbra_simd::triangle::Triangle;
+use antumbra_simd::{Level, PART_HEIGHT};
 use glam::{DAffine3, DVec3};
 
-use super::{Accuracy, Footprint, OcclusionMap, SampleRect, Screen, is_behind, is_covered, is_covered_so_far};
+use super::{
+    Accuracy, Footprint, OcclusionMap, ProjectedBox, SampleRect, Screen, is_behind, is_covered,
+    is_covered_so_far, is_outline_hidden,
+};
 use crate::raster::{Assembler, CullMode, Geometry, TileBuffer};
-use crate::scene::{Aabb, is_mirroring};
+use crate::scene::{Aabb, OrientedBox, is_mirroring};
 use crate::view::{Camera, PictureSize};
 
 /// The answer to a question.
@@ -27,6 +30,14 @@ impl Visibility {
     }
 }
 
+fn visibility(hidden: bool) -> Visibility {
+    if hidden {
+        Visibility::Hidden
+    } else {
+        Visibility::Visible
+    }
+}
+
 /// Something opaque to draw into an [`OcclusionBuffer`].
 #[derive(Clone, Copy, Debug)]
 pub struct Occluder<'a> {
@@ -38,15 +49,6 @@ pub struct Occluder<'a> {
     /// Which faces to leave out. A face's front is where its vertices run counter-clockwise in local coordinates: a
     /// matrix that mirrors does not turn a mesh inside out.
     pub cull_mode: CullMode,
-}
-
-/// A box with any orientation, world coordinates.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OrientedBox {
-    /// The middle.
-    pub center: DVec3,
-    /// From the middle to the middles of three faces.
-    pub half_axes: [DVec3; 3],
 }
 
 /// A ball, world coordinates.
@@ -181,15 +183,27 @@ impl OcclusionBuffer {
 
     /// Whether an axis-aligned world box is hidden. A box that reaches the near plane, or is not finite, is visible.
     pub fn test_aabb(&self, bounds: &Aabb) -> Visibility {
-        self.test(self.screen.footprint_of_aabb(bounds))
+        self.test_box(&self.screen.project_aabb(bounds))
     }
 
     /// Whether a box with any orientation is hidden.
     pub fn test_oriented_box(&self, bounds: &OrientedBox) -> Visibility {
-        self.test(
-            self.screen
-                .footprint_of_oriented_box(bounds.center, bounds.half_axes),
-        )
+        self.test_box(&self.screen.project_oriented_box(bounds, 0.0))
+    }
+
+    /// Whether a box on this buffer's screen is hidden: first by its rectangle and nearest corner, and if those do not
+    /// do, by its outline and faces.
+    pub fn test_box(&self, projected: &ProjectedBox) -> Visibility {
+        let hidden = match projected.footprint() {
+            Footprint::Unbounded => false,
+            Footprint::Nowhere => true,
+            Footprint::Within(rect) => {
+                let covered = self.covers(&rect);
+                covered && is_behind(&self.tiles, &rect)
+                    || self.hides_outline(projected, &rect, covered)
+            }
+        };
+        visibility(hidden)
     }
 
     /// Whether a ball is hidden.
@@ -211,23 +225,31 @@ impl OcclusionBuffer {
         let hidden = match footprint {
             Footprint::Unbounded => false,
             Footprint::Nowhere => true,
-            Footprint::Within(rect) if self.accuracy == Accuracy::Exact => {
-                self.hides(Footprint::Within(rect), Covered::Samples)
+            Footprint::Within(_) if self.accuracy == Accuracy::Exact => {
+                self.hides(footprint, Covered::Samples)
             }
-            Footprint::Within(rect) => {
-                let covered = if self.finished {
-                    is_covered(&self.map, &self.tiles, &rect, self.accuracy)
-                } else {
-                    is_covered_so_far(&self.tiles, &rect)
-                };
-                covered && is_behind(&self.tiles, &rect)
-            }
+            Footprint::Within(rect) => self.covers(&rect) && is_behind(&self.tiles, &rect),
         };
-        if hidden {
-            Visibility::Hidden
+        visibility(hidden)
+    }
+
+    fn covers(&self, rect: &SampleRect) -> bool {
+        if self.finished {
+            is_covered(&self.map, &self.tiles, rect, self.accuracy)
         } else {
-            Visibility::Visible
+            is_covered_so_far(&self.tiles, rect)
         }
+    }
+
+    /// Whether a box is hidden inside its outline, of whose rectangle `covered` says whether it passed.
+    fn hides_outline(&self, projected: &ProjectedBox, rect: &SampleRect, covered: bool) -> bool {
+        let accuracy = if self.finished {
+            self.accuracy
+        } else {
+            Accuracy::Exact
+        };
+        let (outline, faces) = (projected.outline(rect), projected.faces(rect));
+        is_outline_hidden(&self.tiles, &outline, &faces, accuracy, covered)
     }
 
     /// The camera and picture size, ready to project shapes.

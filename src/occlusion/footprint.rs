@@ -11,13 +11,15 @@
 //! * A triangle's depth at a sample is clamped to its vertices' (see [`antumbra_simd::triangle::DepthPlane`]), so no
 //!   sample is nearer than the nearest corner. The depth is rounded towards the eye when it becomes f32.
 
-use antumbra_simd::boxes::{BOXES, BoxBlock, BoxView, RectBlock, project_boxes};
-use antumbra_simd::{Level, SUBPIXELS};
 use antumbra_simd::bounds::{Extent, project_corners};
+use antumbra_simd::boxes::{BOXES, BoxBlock, BoxView, RectBlock, project_boxes};
 use antumbra_simd::vertex::ScreenTransform;
+use antumbra_simd::{Level, SUBPIXELS};
 use glam::{DAffine3, DVec3};
 
-use crate::scene::Aabb;
+use super::ProjectedBox;
+use super::projected_box::Errors;
+use crate::scene::{Aabb, OrientedBox};
 use crate::view::{Camera, PictureSize};
 
 /// How far a projected coordinate may lie from where it is drawn, in sub-pixels, besides errors that scale with the
@@ -25,7 +27,7 @@ use crate::view::{Camera, PictureSize};
 const SNAP_ERROR: f64 = 0.5 + 1.0 / 1024.0;
 
 /// The share of its coordinates by which a position may be off.
-const POSITION_ERROR: f64 = 1.0 / (1_u64 << 40) as f64;
+pub(super) const POSITION_ERROR: f64 = 1.0 / (1_u64 << 40) as f64;
 
 /// A rectangle of samples (pixel centres) within the picture, ends included, and the nearest depth in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -103,8 +105,13 @@ impl Screen {
 
     /// Where an axis-aligned world box may be drawn.
     pub fn footprint_of_aabb(&self, bounds: &Aabb) -> Footprint {
+        self.project_aabb(bounds).footprint()
+    }
+
+    /// An axis-aligned world box on screen, for questions that ask more than its footprint.
+    pub fn project_aabb(&self, bounds: &Aabb) -> ProjectedBox {
         if !bounds.is_valid() {
-            return Footprint::Unbounded;
+            return ProjectedBox::UNBOUNDED;
         }
         let eye = self.camera.eye();
         let relative = Aabb {
@@ -112,7 +119,7 @@ impl Screen {
             max: bounds.max - eye,
         };
         let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
-        self.footprint_of_corners(relative.corners(), reach)
+        self.project_corners(relative.corners(), false, self.position_error(reach))
     }
 
     /// Where axis-aligned world boxes may be drawn, several at once; appended to `footprints` in their order.
@@ -204,13 +211,21 @@ impl Screen {
     /// Where a box with any orientation may be drawn: its centre, and three vectors from there to the middles of
     /// faces.
     pub fn footprint_of_oriented_box(&self, center: DVec3, half_axes: [DVec3; 3]) -> Footprint {
-        let [u, v, w] = half_axes;
-        let relative = center - self.camera.eye();
+        let oriented = OrientedBox { center, half_axes };
+        self.project_oriented_box(&oriented, 0.0).footprint()
+    }
+
+    /// A box with any orientation on screen, for questions that ask more than its footprint. Its points may be off by
+    /// `error` along each world axis, besides what the projection does.
+    pub fn project_oriented_box(&self, bounds: &OrientedBox, error: f64) -> ProjectedBox {
+        let [u, v, w] = bounds.half_axes;
+        let relative = bounds.center - self.camera.eye();
         let sign = |i: usize, bit: usize| if i >> bit & 1 == 0 { -1.0 } else { 1.0 };
         let corners =
             std::array::from_fn(|i| relative + u * sign(i, 0) + v * sign(i, 1) + w * sign(i, 2));
-        let reach = (center.abs() + u.abs() + v.abs() + w.abs()).max_element();
-        self.footprint_of_corners(corners, reach)
+        let reach = (bounds.center.abs() + u.abs() + v.abs() + w.abs()).max_element();
+        let mirrored = u.dot(v.cross(w)) < 0.0;
+        self.project_corners(corners, mirrored, error + self.position_error(reach))
     }
 
     /// Where a ball may be drawn.
@@ -287,12 +302,34 @@ impl Screen {
         (reach + self.camera.eye().abs().max_element()) * POSITION_ERROR
     }
 
-    fn footprint_of_corners(&self, corners: [DVec3; 8], reach: f64) -> Footprint {
-        match project_corners(&self.from_eye, &corners.map(|c| c.to_array())) {
-            // Three axes may all be off at once: the length of the diagonal is less than twice as much.
-            Some(extent) => self.footprint_of_extent(extent, 2.0 * self.position_error(reach)),
-            None => Footprint::Unbounded,
-        }
+    /// Projects a box whose points may be off by `error` along each axis.
+    fn project_corners(&self, corners: [DVec3; 8], mirrored: bool, error: f64) -> ProjectedBox {
+        let Some((corners, extent)) =
+            project_corners(&self.from_eye, &corners.map(|c| c.to_array()))
+        else {
+            return ProjectedBox::UNBOUNDED;
+        };
+        // Three axes may all be off at once: the length of the diagonal is less than twice as much.
+        let position_error = 2.0 * error;
+        let footprint = self.footprint_of_extent(extent, position_error);
+        let w = extent.w - position_error * self.norms.w;
+        let largest = |range: [f64; 2]| range[0].abs().max(range[1].abs());
+        let errors = Errors {
+            x: self.screen_error(largest(extent.x), self.norms.x, position_error, w),
+            y: self.screen_error(largest(extent.y), self.norms.y, position_error, w),
+            depth: position_error * self.norms.depth / w,
+            relative_depth: position_error * self.norms.w / w,
+        };
+        ProjectedBox::new(footprint, corners, mirrored, errors)
+    }
+
+    /// How far a vertex may be drawn from where its position, off by `position_error`, projects to, in sub-pixels: along
+    /// one axis of the screen, whose row has length `norm`, where no coordinate is larger than `largest` and no W less
+    /// than `w`.
+    fn screen_error(&self, largest: f64, norm: f64, position_error: f64, w: f64) -> f64 {
+        // A move by e changes X by |e|·norm and W by |e|·|w|, hence X / W by no more than this.
+        let moved = position_error * (norm + largest * self.norms.w) / w;
+        SNAP_ERROR + moved + largest * POSITION_ERROR
     }
 
     /// Grows an extent by all that may be off, `position_error` in scene units, and finds its samples.
@@ -304,9 +341,7 @@ impl Screen {
         }
         let samples = |range: [f64; 2], norm: f64, pixels: usize| {
             let largest = range[0].abs().max(range[1].abs());
-            // A move by e changes X by |e|·norm and W by |e|·|w|, hence X / W by no more than this.
-            let moved = position_error * (norm + largest * self.norms.w) / w;
-            let error = SNAP_ERROR + moved + largest * POSITION_ERROR;
+            let error = self.screen_error(largest, norm, position_error, w);
             let (per_pixel, half) = (f64::from(SUBPIXELS), f64::from(SUBPIXELS / 2));
             let first = ((range[0] - error - half) / per_pixel).ceil();
             let last = ((range[1] + error - half) / per_pixel).floor();

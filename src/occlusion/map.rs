@@ -90,7 +90,12 @@ impl OcclusionMap {
         for level in 1..self.levels.len() {
             let (fine, coarse) = self.levels.split_at_mut(level);
             let fine = &fine[level - 1];
-            sum_2x2(level_of_loops, &fine.uncovered, fine.width, &mut coarse[0].uncovered);
+            sum_2x2(
+                level_of_loops,
+                &fine.uncovered,
+                fine.width,
+                &mut coarse[0].uncovered,
+            );
         }
     }
 

@@ -2,17 +2,24 @@
 //!
 //! A question runs through the files in this order: a shape's `footprint` on screen, the rectangle of samples it may
 //! cover and its nearest depth; the `overlap` test of that rectangle against the pyramid of occlusion maps (`map`); the
-//! `depth` test against the no-background Z-buffer. Occluded means that both pass (HOM §3.1). [`OcclusionBuffer`]
-//! (`buffer`) puts them together for an engine that has its own scene.
+//! `depth` test against the no-background Z-buffer. Occluded means that both pass (HOM §3.1). A box that those do not
+//! hide is asked again, more closely (`outline`): with its silhouette in place of the rectangle and its sloped faces in
+//! place of the nearest depth (`projected_box`). [`OcclusionBuffer`] (`buffer`) puts them together for an engine that
+//! has its own scene.
 
 mod buffer;
 mod depth;
 mod footprint;
 mod map;
+mod outline;
 mod overlap;
+mod projected_box;
 
-pub use buffer::{Occluder, OcclusionBuffer, OrientedBox, Sphere, Visibility};
+pub use crate::scene::OrientedBox;
+pub use buffer::{Occluder, OcclusionBuffer, Sphere, Visibility};
 pub use depth::is_behind;
 pub use footprint::{Footprint, SampleRect, Screen};
 pub use map::{Accuracy, OcclusionMap};
+pub use outline::is_outline_hidden;
 pub use overlap::{is_covered, is_covered_so_far};
+pub use projected_box::ProjectedBox;

@@ -13,8 +13,8 @@ mod tiles;
 mod traverse;
 
 pub use antumbra_simd::triangle::CullMode;
-pub use cluster::ClusterAssembler;
 pub use assemble::{Assembler, Geometry, GeometryError, Positions};
+pub use cluster::ClusterAssembler;
 pub use object::{ObjectAssembler, ObjectTriangle};
 pub use tiles::TileBuffer;
 pub use traverse::{for_each_sample, for_each_tile};

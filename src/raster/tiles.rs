@@ -1,14 +1,14 @@
 //! The tile buffer: coverage and depth of the occluders drawn so far.
 
+use crate::view::PictureSize;
+use antumbra_simd::Level;
 use antumbra_simd::PARTS_PER_TILE;
 use antumbra_simd::coverage::rectangle_mask;
-use antumbra_simd::Level;
 use antumbra_simd::fill::{TileRows, fill};
 use antumbra_simd::query::{Covered, Rectangle, Tiles, is_behind_all};
 use antumbra_simd::spans::{BLOCK, SpanBlock, SpanTriangle};
 use antumbra_simd::tile::UNCOVERED;
 use antumbra_simd::triangle::Triangle;
-use crate::view::PictureSize;
 
 /// Rows of tiles are shared out in so many bands for each thread: enough that one with much in it does not hold up the
 /// others, few enough that a triangle seldom meets two. The bits do not depend on it.
@@ -73,6 +73,17 @@ impl TileBuffer {
         &self.depths
     }
 
+    /// The samples of each tile's near layers: a nearer depth is known of them than their half's. See
+    /// [`antumbra_simd::tile`].
+    pub fn near_samples(&self) -> &[u64] {
+        &self.near_samples
+    }
+
+    /// The depths of the near layers of each tile's halves; unspecified where a half has no sample in its near layer.
+    pub fn near_depths(&self) -> &[[f32; PARTS_PER_TILE]] {
+        &self.near
+    }
+
     /// The samples of a tile that belong to the picture.
     pub fn picture_mask(&self, tile_x: usize, tile_y: usize) -> u64 {
         let last = |pixels: usize, tile: usize| (pixels - 8 * tile).min(8) as i32 - 1;
@@ -87,7 +98,11 @@ impl TileBuffer {
         let mut blocks = Vec::with_capacity(triangles.len().div_ceil(BLOCK));
         SpanBlock::pack(triangles.iter().map(SpanTriangle::from), &mut blocks);
         let in_a_pool = rayon::current_thread_index().is_some();
-        let threads = if in_a_pool { rayon::current_num_threads() } else { 1 };
+        let threads = if in_a_pool {
+            rayon::current_num_threads()
+        } else {
+            1
+        };
         self.fill_blocks(&[&blocks], threads);
     }
 
@@ -123,14 +138,16 @@ impl TileBuffer {
             .zip(self.near_samples.chunks_mut(tiles))
             .zip(self.near.chunks_mut(tiles))
             .enumerate()
-            .map(|(index, (((coverage, far), near_samples), near))| TileRows {
-                coverage,
-                far,
-                near_samples,
-                near,
-                first_row: (index * rows) as i32,
-                across,
-            });
+            .map(
+                |(index, (((coverage, far), near_samples), near))| TileRows {
+                    coverage,
+                    far,
+                    near_samples,
+                    near,
+                    first_row: (index * rows) as i32,
+                    across,
+                },
+            );
         let fill_band = |mut band: TileRows<'_>| {
             for run in runs {
                 fill(level, run, &mut band);

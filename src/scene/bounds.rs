@@ -90,6 +90,15 @@ impl Aabb {
     }
 }
 
+/// A box with any orientation, world coordinates. Its axes need not be at right angles to each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OrientedBox {
+    /// The middle.
+    pub center: DVec3,
+    /// From the middle to the middles of three faces.
+    pub half_axes: [DVec3; 3],
+}
+
 /// By how much of its magnitude a world box grows.
 const GROWTH: f64 = 1.0 / (1u64 << 40) as f64;
 
@@ -157,18 +166,75 @@ impl MeshExtent {
         } else {
             self.fold(mesh, |p| world_from_local.transform_point3(p))
         };
-        let reach = self.local.min.abs().max(self.local.max.abs());
-        let m = world_from_local.matrix3;
-        let terms = m.x_axis.abs() * reach.x
-            + m.y_axis.abs() * reach.y
-            + m.z_axis.abs() * reach.z
-            + world_from_local.translation.abs();
-        exact.grown(GROWTH * terms.max_element())
+        exact.grown(growth(&self.local, world_from_local))
     }
 }
 
-/// The world box of each object, in their order. The meshes and objects have been checked.
-pub(super) fn world_boxes(meshes: &[Mesh], objects: &[Object]) -> Result<Vec<Aabb>, SceneError> {
+/// How far from its place a vertex of a local box may be computed to be, along any axis of the world.
+fn growth(local: &Aabb, world_from_local: &DAffine3) -> f64 {
+    let reach = local.min.abs().max(local.max.abs());
+    let m = world_from_local.matrix3;
+    let terms = m.x_axis.abs() * reach.x
+        + m.y_axis.abs() * reach.y
+        + m.z_axis.abs() * reach.z
+        + world_from_local.translation.abs();
+    GROWTH * terms.max_element()
+}
+
+/// A mesh's own box, where its object stands: any vertex that a pass computes lies no farther than `growth` outside of
+/// it along each axis of the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OwnBox {
+    /// The box.
+    pub shape: OrientedBox,
+    /// Scene units.
+    pub growth: f64,
+}
+
+impl OwnBox {
+    fn placed(local: &Aabb, world_from_local: &DAffine3) -> OwnBox {
+        let half = local.size() * 0.5;
+        let m = world_from_local.matrix3;
+        OwnBox {
+            shape: OrientedBox {
+                center: world_from_local.transform_point3(local.center()),
+                half_axes: [m.x_axis * half.x, m.y_axis * half.y, m.z_axis * half.z],
+            },
+            growth: growth(local, world_from_local),
+        }
+    }
+
+    /// The area of its faces: by Cauchy's formula four times that of its outline, seen from everywhere on average.
+    fn area(&self) -> f64 {
+        let [u, v, w] = self.shape.half_axes;
+        8.0 * (u.cross(v).length() + v.cross(w).length() + w.cross(u).length())
+    }
+}
+
+/// The boxes of a scene's objects.
+#[derive(Clone, Debug)]
+pub(super) struct Boxes {
+    /// Each object's world box.
+    pub world: Vec<Aabb>,
+    /// Each mesh's local box.
+    local: Vec<Aabb>,
+    /// Whether an object's own box is clearly the smaller one.
+    own_is_smaller: Vec<bool>,
+}
+
+/// An own box is asked if its area is not more than so much of the world box': it costs a second projection.
+const CLEARLY_SMALLER: f64 = 0.95;
+
+impl Boxes {
+    /// The own box of an object, if it is smaller than its world box.
+    pub fn own(&self, index: usize, object: &Object) -> Option<OwnBox> {
+        self.own_is_smaller[index]
+            .then(|| OwnBox::placed(&self.local[object.mesh], &object.world_from_local))
+    }
+}
+
+/// The boxes of all objects, in their order. The meshes and objects have been checked.
+pub(super) fn boxes(meshes: &[Mesh], objects: &[Object]) -> Result<Boxes, SceneError> {
     let mut extents: Vec<MeshExtent> = meshes.par_iter().map(MeshExtent::of).collect();
     let mut placed = vec![0u64; meshes.len()];
     objects.iter().for_each(|o| placed[o.mesh] += 1);
@@ -206,5 +272,18 @@ pub(super) fn world_boxes(meshes: &[Mesh], objects: &[Object]) -> Result<Vec<Aab
             });
         }
     }
-    Ok(boxes)
+    let own_is_smaller = boxes
+        .par_iter()
+        .zip(objects)
+        .map(|(world, o)| {
+            let own = OwnBox::placed(&extents[o.mesh].local, &o.world_from_local);
+            let [x, y, z] = world.size().to_array();
+            own.area() <= 2.0 * (x * y + y * z + z * x) * CLEARLY_SMALLER
+        })
+        .collect();
+    Ok(Boxes {
+        world: boxes,
+        local: extents.into_iter().map(|e| e.local).collect(),
+        own_is_smaller,
+    })
 }

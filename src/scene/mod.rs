@@ -20,7 +20,7 @@ use std::path::Path;
 
 use glam::DAffine3;
 
-pub use bounds::Aabb;
+pub use bounds::{Aabb, OrientedBox, OwnBox};
 pub use bvh::{Bvh, BvhNode};
 pub use error::SceneError;
 pub use validate::MAX_COORDINATE;
@@ -140,7 +140,7 @@ pub struct Object {
 pub struct Scene {
     meshes: Vec<Mesh>,
     objects: Vec<Object>,
-    bounds: Vec<Aabb>,
+    boxes: bounds::Boxes,
     bvh: Bvh,
     warnings: Vec<String>,
 }
@@ -237,12 +237,12 @@ impl Scene {
     /// at all.
     pub fn new(meshes: Vec<Mesh>, objects: Vec<Object>) -> Result<Scene, SceneError> {
         validate::check(&meshes, &objects)?;
-        let bounds = bounds::world_boxes(&meshes, &objects)?;
-        let bvh = Bvh::over(&bounds);
+        let boxes = bounds::boxes(&meshes, &objects)?;
+        let bvh = Bvh::over(&boxes.world);
         Ok(Scene {
             meshes,
             objects,
-            bounds,
+            boxes,
             bvh,
             warnings: Vec::new(),
         })
@@ -261,7 +261,13 @@ impl Scene {
     /// The world box of each object, in the order of [`Scene::objects`]. It holds every vertex as any pass computes
     /// it, but for what the eye's own distance from the origin adds.
     pub fn bounds(&self) -> &[Aabb] {
-        &self.bounds
+        &self.boxes.world
+    }
+
+    /// The box of an object's mesh, placed as the object is, where it is clearly smaller than its world box: the
+    /// object is turned.
+    pub fn own_box(&self, object: usize) -> Option<OwnBox> {
+        self.boxes.own(object, &self.objects[object])
     }
 
     /// The hierarchy over the objects' world boxes.

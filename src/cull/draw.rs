@@ -6,6 +6,7 @@ use antumbra_simd::query::Covered;
 use antumbra_simd::spans::SpanBlock;
 use rayon::prelude::*;
 
+use super::traverse::{TraverseMemory, hide_subtrees};
 use super::{Settings, Statistics};
 use crate::occlusion::{Footprint, OcclusionBuffer};
 use crate::prepare::{Cluster, ClusteredMesh, ClusteredScene};
@@ -15,6 +16,10 @@ use crate::scene::{Object, Scene, is_mirroring};
 /// Objects that are asked, and then drawn, together. An answer sees only what whole batches before its own have
 /// drawn, so that any number of threads gives the same one.
 const OBJECTS_PER_BATCH: usize = 16;
+
+/// After so many batches, and four times as many, and so on, whole groups of objects are looked at: what is near has been
+/// drawn, and most of the others need not be asked one by one.
+const BATCHES_BEFORE_LOOK: usize = 8;
 
 /// A thread that draws alone fills when it has this many blocks, while they are still in its nearest cache.
 const BLOCKS_PER_FLUSH: usize = 12;
@@ -60,6 +65,8 @@ impl Occluders {
 pub struct DrawMemory {
     footprints: Vec<Footprint>,
     answers: Vec<Answer>,
+    batch: Vec<u32>,
+    traverse: TraverseMemory,
     to_draw: Vec<ToDraw>,
     workers: Vec<Worker>,
 }
@@ -108,7 +115,23 @@ pub fn draw_occluders(
     drawn: Drawn<'_>,
 ) {
     memory.workers.resize_with(threads, Worker::default);
-    for batch in candidates.chunks(OBJECTS_PER_BATCH) {
+    let mut next_look = BATCHES_BEFORE_LOOK;
+    for (index, batch) in candidates.chunks(OBJECTS_PER_BATCH).enumerate() {
+        if index == next_look {
+            next_look *= 4;
+            hide_subtrees(
+                scene,
+                buffer,
+                settings.level,
+                &mut memory.traverse,
+                drawn.hidden,
+                drawn.statistics,
+            );
+        }
+        memory.batch.clear();
+        let unknown = batch.iter().filter(|&&o| !drawn.hidden[o as usize]);
+        memory.batch.extend(unknown);
+        let batch = &memory.batch;
         ask(
             scene,
             batch,

@@ -255,11 +255,9 @@ fn not_hidden(
 ) -> Vec<u32> {
     let undecided = &mut memory.undecided;
     undecided.clear();
-    undecided.extend(
-        in_frustum
-            .iter()
-            .filter(|&&object| !memory.hidden[object as usize]),
-    );
+    undecided.extend(in_frustum.iter().filter(|&&object| {
+        !memory.hidden[object as usize] || scene.objects()[object as usize].never_cull
+    }));
     statistics.objects_tested = undecided.len() as u64;
     memory.footprints.clear();
     buffer.screen().footprints_of_aabbs(

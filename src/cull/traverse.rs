@@ -1,7 +1,11 @@
-//! Down the hierarchy of boxes: which objects meet the frustum.
+//! Down the hierarchy of boxes: which objects meet the frustum, and which groups of them are hidden.
 
+use antumbra_simd::Level;
+use antumbra_simd::query::Covered;
 use glam::DVec3;
 
+use super::Statistics;
+use crate::occlusion::{Footprint, OcclusionBuffer};
 use crate::scene::{Aabb, BvhNode, Scene};
 use crate::view::{Containment, Frustum, Planes};
 
@@ -67,4 +71,63 @@ fn subtree<'a>(scene: &'a Scene, node: &BvhNode) -> &'a [u32] {
 
 fn objects_of<'a>(scene: &'a Scene, node: &BvhNode) -> &'a [u32] {
     &scene.bvh().objects[node.first as usize..(node.first + node.count) as usize]
+}
+
+/// A node with fewer objects than this below it is not asked: its objects are, one by one.
+const FEWEST_OBJECTS: usize = 4;
+
+/// Marks all objects below nodes whose boxes are hidden behind what is drawn so far.
+pub fn hide_subtrees(
+    scene: &Scene,
+    buffer: &OcclusionBuffer,
+    level: Level,
+    memory: &mut TraverseMemory,
+    hidden: &mut [bool],
+    statistics: &mut Statistics,
+) {
+    let TraverseMemory {
+        nodes,
+        group,
+        footprints,
+    } = memory;
+    nodes.clear();
+    nodes.extend((!scene.bvh().nodes.is_empty()).then_some(0));
+    while !nodes.is_empty() {
+        // As many as are projected at once.
+        group.clear();
+        group.extend(nodes.drain(nodes.len().saturating_sub(8)..));
+        footprints.clear();
+        let boxes: [Aabb; 8] = std::array::from_fn(|i| {
+            group.get(i).map_or(Aabb::EMPTY, |&node| {
+                bounds_of(&scene.bvh().nodes[node as usize])
+            })
+        });
+        buffer
+            .screen()
+            .footprints_of_aabbs(level, boxes[..group.len()].iter(), footprints);
+        for (&node, &footprint) in group.iter().zip(&*footprints) {
+            let node = &scene.bvh().nodes[node as usize];
+            // What is nowhere on the screen is nobody's question.
+            if footprint == Footprint::Nowhere {
+                continue;
+            }
+            statistics.nodes_tested += 1;
+            if buffer.hides(footprint, Covered::Samples) {
+                statistics.nodes_hidden += 1;
+                for &object in subtree(scene, node) {
+                    hidden[object as usize] = true;
+                }
+            } else if node.count == 0 && subtree(scene, node).len() >= 2 * FEWEST_OBJECTS {
+                nodes.extend([node.first, node.first + 1]);
+            }
+        }
+    }
+}
+
+/// Memory that is kept from traversal to traversal.
+#[derive(Debug, Default)]
+pub struct TraverseMemory {
+    nodes: Vec<u32>,
+    group: Vec<u32>,
+    footprints: Vec<Footprint>,
 }

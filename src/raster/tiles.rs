@@ -3,7 +3,7 @@
 use crate::view::PictureSize;
 use antumbra_simd::Level;
 use antumbra_simd::PARTS_PER_TILE;
-use antumbra_simd::coverage::rectangle_mask;
+use antumbra_simd::coverage::{PART_MASKS, rectangle_mask};
 use antumbra_simd::fill::{TileRows, fill};
 use antumbra_simd::query::{Covered, Rectangle, Tiles, is_behind_all};
 use antumbra_simd::spans::{BLOCK, SpanBlock, SpanTriangle};
@@ -15,7 +15,7 @@ use antumbra_simd::triangle::Triangle;
 const BANDS_PER_THREAD: usize = 3;
 
 /// Coverage masks and no-background depths of all tiles, row by row.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct TileBuffer {
     size: PictureSize,
     coverage: Vec<u64>,
@@ -23,6 +23,25 @@ pub struct TileBuffer {
     near_samples: Vec<u64>,
     near: Vec<[f32; PARTS_PER_TILE]>,
     level: Level,
+}
+
+/// Equal if everything that means something is: not the depths of layers without samples, nor the instruction set.
+impl PartialEq for TileBuffer {
+    fn eq(&self, other: &TileBuffer) -> bool {
+        let near = |tiles: &TileBuffer, tile: usize| {
+            let samples = tiles.near_samples[tile];
+            PART_MASKS
+                .iter()
+                .zip(tiles.near[tile])
+                .map(move |(&mask, depth)| (samples & mask != 0).then_some(depth))
+                .collect::<Vec<_>>()
+        };
+        self.size == other.size
+            && self.coverage == other.coverage
+            && self.depths == other.depths
+            && self.near_samples == other.near_samples
+            && (0..self.near.len()).all(|tile| near(self, tile) == near(other, tile))
+    }
 }
 
 impl TileBuffer {

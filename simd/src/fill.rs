@@ -80,14 +80,62 @@ fn fill_vector<S: Simd>(simd: S, blocks: &[SpanBlock], rows: &mut TileRows<'_>) 
         return fill_plain(blocks, rows);
     }
     let mut filler = Filler::new(simd, rows);
+    let mut strips = [Strip::EMPTY; STRIPS];
+    let mut waiting = 0;
     for block in blocks {
         let mut left = block.present;
         while left != 0 {
             let i = left.trailing_zeros() as usize;
             left &= left - 1;
-            filler.fill(block, i);
+            let t = Current::new(block, i);
+            let first = (t.y[0] / TILE_SIZE).max(filler.first_row);
+            let last = (t.y[1] / TILE_SIZE).min(filler.first_row + filler.rows - 1);
+            for tile_y in first..=last {
+                if let Some(strip) = filler.strip(&t, tile_y) {
+                    strips[waiting] = strip;
+                    waiting += 1;
+                    if waiting == STRIPS {
+                        filler.merge_strips(&strips);
+                        waiting = 0;
+                    }
+                }
+            }
         }
     }
+    filler.merge_strips(&strips[..waiting]);
+}
+
+/// Strips that are found before they are merged. What a strip is takes a long chain of operations, and so does merging:
+/// taken in turns, each would wait for the other; in runs, several of a kind are under way at once.
+const STRIPS: usize = 32;
+
+/// Eight rows of samples of a triangle, ready to be merged.
+#[derive(Clone, Copy)]
+struct Strip<'b> {
+    block: &'b SpanBlock,
+    i: usize,
+    /// The first covered column of each row.
+    first: [i16; 8],
+    /// The first column of each row, after those, that is not covered.
+    end: [i16; 8],
+    /// The depths of the farthest row of either half, where the plane starts.
+    halves: [f64; PARTS_PER_TILE],
+    /// Where the row of tiles begins.
+    row: usize,
+    /// First and last tile.
+    tiles: [usize; 2],
+}
+
+impl Strip<'_> {
+    const EMPTY: Strip<'static> = Strip {
+        block: &SpanBlock::EMPTY,
+        i: 0,
+        first: [0; 8],
+        end: [0; 8],
+        halves: [0.0; PARTS_PER_TILE],
+        row: 0,
+        tiles: [0; 2],
+    };
 }
 
 /// What stays the same from triangle to triangle. A vector holds the parts of `S::f64s::LEN` tiles.
@@ -140,27 +188,9 @@ impl<'a, S: Simd> Filler<'a, S> {
         }
     }
 
+    /// A triangle's strip; none where it is hidden, or holds nothing.
     #[inline(always)]
-    fn fill(&mut self, block: &SpanBlock, i: usize) {
-        let t = Current {
-            x: block.x.map(|x| x[i]),
-            y: block.y.map(|y| to_index(y[i]) as i32),
-            columns: block.x.map(|x| to_tile(x[i])),
-            nearest: S::f32s::splat(self.simd, block.nearest[i] as f32),
-            farthest: S::f32s::splat(self.simd, block.farthest[i] as f32),
-            right: if block.slope_x[i] < 0.0 { 7.0 } else { 0.0 },
-            block,
-            i,
-        };
-        let first = (t.y[0] / TILE_SIZE).max(self.first_row);
-        let last = (t.y[1] / TILE_SIZE).min(self.first_row + self.rows - 1);
-        for tile_y in first..=last {
-            self.fill_strip(&t, tile_y);
-        }
-    }
-
-    #[inline(always)]
-    fn fill_strip(&mut self, t: &Current<'_, S>, tile_y: i32) {
+    fn strip<'b>(&self, t: &Current<'b>, tile_y: i32) -> Option<Strip<'b>> {
         let tiles = S::f64s::LEN;
         let y = tile_y * TILE_SIZE;
         let [mut tile, mut last] = t.columns;
@@ -169,24 +199,47 @@ impl<'a, S: Simd> Filler<'a, S> {
         }
         let row = (tile_y - self.first_row) as usize * self.across;
         // Long runs of tiles are behind what they show already: that is known before anything else of the strip is.
-        while tile <= last && self.is_hidden(t, row, tile) {
+        while tile <= last && self.is_hidden(t.nearest, row, tile) {
             tile += tiles;
         }
         if tile > last {
-            return;
+            return None;
         }
         let [first, end] = self.spans(t, y);
-        let upper = S::f64s::splat(self.simd, self.depth_of_half(t, y));
-        let lower = S::f64s::splat(self.simd, self.depth_of_half(t, y + PART_HEIGHT));
-        let halves = self.is_lower.select(lower, upper);
+        Some(Strip {
+            block: t.block,
+            i: t.i,
+            first: first.to_array(),
+            end: end.to_array(),
+            halves: [depth_of_half(t, y), depth_of_half(t, y + PART_HEIGHT)],
+            row,
+            tiles: [tile, last],
+        })
+    }
+
+    #[inline(always)]
+    fn merge_strips(&mut self, strips: &[Strip<'_>]) {
+        for strip in strips {
+            self.merge_strip(strip);
+        }
+    }
+
+    #[inline(always)]
+    fn merge_strip(&mut self, strip: &Strip<'_>) {
+        let simd = self.simd;
+        let tiles = S::f64s::LEN;
+        let first = i16x8::load_array(simd, strip.first);
+        let end = i16x8::load_array(simd, strip.end);
+        let halves = self.is_lower.select(
+            S::f64s::splat(simd, strip.halves[1]),
+            S::f64s::splat(simd, strip.halves[0]),
+        );
+        let [mut tile, last] = strip.tiles;
         loop {
             let start = tile.min(self.across - tiles);
             let mask = self.mask(first, end, start, tile);
-            self.merge(t, halves, mask, row, start);
+            self.merge(strip, halves, mask, start);
             tile += tiles;
-            while tile <= last && self.is_hidden(t, row, tile) {
-                tile += tiles;
-            }
             if tile > last {
                 return;
             }
@@ -195,18 +248,18 @@ impl<'a, S: Simd> Filler<'a, S> {
 
     /// Whether a vector's tiles are covered and nowhere farther than the triangle's nearest vertex.
     #[inline(always)]
-    fn is_hidden(&self, t: &Current<'_, S>, row: usize, tile: usize) -> bool {
+    fn is_hidden(&self, nearest: f32, row: usize, tile: usize) -> bool {
         let at = (row + tile.min(self.across - S::f64s::LEN)) * PARTS_PER_TILE;
         let range = at..at + S::u32s::LEN;
         let coverage = S::u32s::from_slice(self.simd, &self.coverage[range.clone()]);
         let far = S::f32s::from_slice(self.simd, &self.far[range]);
         let full = coverage.simd_eq(S::u32s::splat(self.simd, u32::MAX));
-        (full & far.simd_ge(t.nearest)).all_true()
+        (full & far.simd_ge(S::f32s::splat(self.simd, nearest))).all_true()
     }
 
     /// The first covered column of each of eight rows, and the first one not covered after it.
     #[inline(always)]
-    fn spans(&self, t: &Current<'_, S>, y: i32) -> [i16x8<S>; 2] {
+    fn spans(&self, t: &Current<'_>, y: i32) -> [i16x8<S>; 2] {
         let simd = self.simd;
         let rows = self.row_numbers + f64::from(y);
         let v0 = rows * t.block.slope[0][t.i] + t.block.at_zero[0][t.i];
@@ -223,18 +276,18 @@ impl<'a, S: Simd> Filler<'a, S> {
     }
 
     #[inline(always)]
-    fn columns(&self, t: &Current<'_, S>, v: f64x8<S>) -> i16x8<S> {
+    fn columns(&self, t: &Current<'_>, v: f64x8<S>) -> i16x8<S> {
         let simd = self.simd;
         let least = f64x8::splat(simd, t.x[0] - 0.25);
         let largest = f64x8::splat(simd, t.x[1] + 0.75);
         let (low, high) = simd.split_f64x8(v.max(least).min(largest).ceil());
         let (low, high) = simd.split_i32x8(simd.cvt_i32_f32x8(low.narrow(high)));
-        low.narrow(high)
+        low.relaxed_narrow(high)
     }
 
     /// First and last tile of a strip that may hold a covered sample.
     #[inline(always)]
-    fn columns_of_strip(&self, t: &Current<'_, S>, y: i32) -> [usize; 2] {
+    fn columns_of_strip(&self, t: &Current<'_>, y: i32) -> [usize; 2] {
         let top = f64::from(y.max(t.y[0]));
         let bottom = f64::from((y + TILE_SIZE - 1).min(t.y[1]));
         let [s0, s1, s2, s3] = t.block.slope.each_ref().map(|e| e[t.i]);
@@ -267,53 +320,38 @@ impl<'a, S: Simd> Filler<'a, S> {
         let column = i16x8::splat(simd, (start * TILE_SIZE as usize) as i16);
         let least = i16x8::splat(simd, (skip * TILE_SIZE as usize) as i16);
         let v = (v - column).max(least).min(i16x8::splat(simd, 64));
-        let bytes: u8x16<S> = v.narrow(v).bitcast();
+        let bytes: u8x16<S> = v.relaxed_narrow(v).bitcast();
         let of_tile = S::u8s::block_splat(bytes)
             .saturating_sub(self.tile_column)
             .min(S::u8s::splat(simd, 8));
         self.low_bits.swizzle_dyn_within_blocks(of_tile)
     }
 
-    /// The depth of the farthest row of a half, where the plane starts: see
-    /// [`DepthPlane::farthest_over`](crate::triangle::DepthPlane::farthest_over).
     #[inline(always)]
-    fn depth_of_half(&self, t: &Current<'_, S>, first: i32) -> f64 {
-        let slope = t.block.slope_y[t.i];
-        let row = if slope < 0.0 {
-            (first + PART_HEIGHT - 1).min(t.y[1])
-        } else {
-            first.max(t.y[0])
-        };
-        t.block.depth[t.i] + slope * (f64::from(row) - t.block.origin_y[t.i])
-    }
-
-    #[inline(always)]
-    fn depth_of_parts(&self, t: &Current<'_, S>, halves: S::f64s, x: S::f64s) -> S::f64s {
+    fn depth_of_parts(&self, strip: &Strip<'_>, halves: S::f64s, x: S::f64s) -> S::f64s {
+        let (block, i) = (strip.block, strip.i);
         let x = x
-            .max(S::f64s::splat(self.simd, t.x[0]))
-            .min(S::f64s::splat(self.simd, t.x[1]));
-        (x - t.block.origin_x[t.i]) * t.block.slope_x[t.i] + halves
+            .max(S::f64s::splat(self.simd, block.x[0][i]))
+            .min(S::f64s::splat(self.simd, block.x[1][i]));
+        (x - block.origin_x[i]) * block.slope_x[i] + halves
     }
 
-    /// Merges the samples `mask` of tiles from `start` in the row of tiles that begins at `row`.
+    /// Merges the samples `mask` of tiles from `start` in a strip's row.
     #[inline(always)]
-    fn merge(
-        &mut self,
-        t: &Current<'_, S>,
-        halves: S::f64s,
-        mask: S::u32s,
-        row: usize,
-        start: usize,
-    ) {
+    fn merge(&mut self, strip: &Strip<'_>, halves: S::f64s, mask: S::u32s, start: usize) {
         let simd = self.simd;
-        let at = (row + start) * PARTS_PER_TILE;
+        let (block, i) = (strip.block, strip.i);
+        let at = (strip.row + start) * PARTS_PER_TILE;
         // The farthest corner of each part, in the order of operations of `DepthPlane::at`.
-        let column = f64::from((start as i32) * TILE_SIZE) + t.right;
-        let low = self.depth_of_parts(t, halves, self.part_x[0] + column);
-        let high = self.depth_of_parts(t, halves, self.part_x[1] + column);
+        let right = if block.slope_x[i] < 0.0 { 7.0 } else { 0.0 };
+        let column = f64::from((start as i32) * TILE_SIZE) + right;
+        let low = self.depth_of_parts(strip, halves, self.part_x[0] + column);
+        let high = self.depth_of_parts(strip, halves, self.part_x[1] + column);
         let depth: S::f32s = low.narrow(high);
-        let not_farther = depth.simd_gt(t.farthest).select(depth, t.farthest);
-        let depth = depth.simd_gt(t.nearest).select(t.nearest, not_farther);
+        let nearest = S::f32s::splat(simd, block.nearest[i] as f32);
+        let farthest = S::f32s::splat(simd, block.farthest[i] as f32);
+        let not_farther = depth.simd_gt(farthest).select(depth, farthest);
+        let depth = depth.simd_gt(nearest).select(nearest, not_farther);
 
         let range = at..at + S::u32s::LEN;
         let coverage = S::u32s::from_slice(simd, &self.coverage[range.clone()]);
@@ -374,18 +412,42 @@ fn to_index(v: f64) -> usize {
     ((v + (1_u64 << 52) as f64).to_bits() & 0xffff) as usize
 }
 
-/// The triangle that is being filled.
-struct Current<'b, S: Simd> {
+/// The depth of the farthest row of a half, where the plane starts: see
+/// [`DepthPlane::farthest_over`](crate::triangle::DepthPlane::farthest_over).
+#[inline(always)]
+fn depth_of_half(t: &Current<'_>, first: i32) -> f64 {
+    let (block, i) = (t.block, t.i);
+    let row = if block.slope_y[i] < 0.0 {
+        (first + PART_HEIGHT - 1).min(t.y[1])
+    } else {
+        first.max(t.y[0])
+    };
+    block.depth[i] + block.slope_y[i] * (f64::from(row) - block.origin_y[i])
+}
+
+/// The triangle whose strips are being found.
+struct Current<'b> {
     block: &'b SpanBlock,
     i: usize,
     x: [f64; 2],
     y: [i32; 2],
     /// First and last column of tiles.
     columns: [usize; 2],
-    nearest: S::f32s,
-    farthest: S::f32s,
-    /// From a tile's first column to the one where the triangle is farthest.
-    right: f64,
+    nearest: f32,
+}
+
+impl<'b> Current<'b> {
+    #[inline(always)]
+    fn new(block: &'b SpanBlock, i: usize) -> Current<'b> {
+        Current {
+            x: [block.x[0][i], block.x[1][i]],
+            y: [to_index(block.y[0][i]) as i32, to_index(block.y[1][i]) as i32],
+            columns: [to_tile(block.x[0][i]), to_tile(block.x[1][i])],
+            nearest: block.nearest[i] as f32,
+            block,
+            i,
+        }
+    }
 }
 
 /// A layer of several parts: see [`crate::tile`]. Minus infinity is the depth where there is no sample.

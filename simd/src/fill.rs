@@ -441,7 +441,10 @@ impl<'b> Current<'b> {
     fn new(block: &'b SpanBlock, i: usize) -> Current<'b> {
         Current {
             x: [block.x[0][i], block.x[1][i]],
-            y: [to_index(block.y[0][i]) as i32, to_index(block.y[1][i]) as i32],
+            y: [
+                to_index(block.y[0][i]) as i32,
+                to_index(block.y[1][i]) as i32,
+            ],
             columns: [to_tile(block.x[0][i]), to_tile(block.x[1][i])],
             nearest: block.nearest[i] as f32,
             block,

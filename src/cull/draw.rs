@@ -256,11 +256,11 @@ fn draw_clusters(
         for of_object in to_draw.chunk_by(|a, b| a.object == b.object) {
             worker.assemble(scene, occluders, of_object, level, buffer);
             if worker.blocks.len() >= BLOCKS_PER_FLUSH {
-                buffer.draw_blocks(&[&worker.blocks], 1);
+                buffer.draw_blocks(std::iter::once(&worker.blocks[..]), 1);
                 worker.blocks.clear();
             }
         }
-        return buffer.draw_blocks(&[&worker.blocks], 1);
+        return buffer.draw_blocks(std::iter::once(&worker.blocks[..]), 1);
     }
     let share = to_draw.len().div_ceil(workers.len());
     let shares = workers.par_iter_mut().zip(to_draw.par_chunks(share));
@@ -271,8 +271,8 @@ fn draw_clusters(
             worker.assemble(scene, occluders, of_object, level, buffer);
         }
     });
-    let blocks: Vec<&[SpanBlock]> = workers[..count].iter().map(|w| &w.blocks[..]).collect();
-    buffer.draw_blocks(&blocks, threads);
+    let runs = workers[..count].iter().map(|worker| &worker.blocks[..]);
+    buffer.draw_blocks(runs, threads);
 }
 
 impl Worker {

@@ -23,6 +23,7 @@ use crate::scene::Scene;
 use crate::view::{Camera, Frustum, PictureSize};
 
 use draw::{DrawMemory, Drawn, Occluders, draw_occluders};
+use traverse::Pending;
 
 pub use antumbra_simd::{Level, LevelUnavailable};
 pub use statistics::{StageTimes, Statistics};
@@ -86,6 +87,7 @@ pub struct Culler {
 #[derive(Debug, Default)]
 struct Memory {
     draw: DrawMemory,
+    pending: Vec<Pending>,
     candidates: Vec<u32>,
     keys: Vec<u64>,
     undecided: Vec<u32>,
@@ -137,6 +139,14 @@ impl Culler {
 
     /// Finds what a camera may see.
     pub fn cull(&mut self, camera: &Camera) -> VisibleSet {
+        let mut found = VisibleSet::default();
+        self.cull_into(camera, &mut found);
+        found
+    }
+
+    /// Finds what a camera may see, and puts it into the memory of an earlier answer: when frames are alike, none
+    /// allocates.
+    pub fn cull_into(&mut self, camera: &Camera, found: &mut VisibleSet) {
         let threads = self.threads();
         let Culler {
             scene,
@@ -147,7 +157,11 @@ impl Culler {
             memory,
         } = self;
         let buffer = buffer.get_or_insert_with(|| OcclusionBuffer::new(settings.size, *camera));
-        let mut frame = || frame(scene, occluders, settings, threads, camera, buffer, memory);
+        let mut frame = || {
+            frame(
+                scene, occluders, settings, threads, camera, buffer, memory, found,
+            );
+        };
         match pool {
             None => frame(),
             Some(pool) => pool.install(frame),
@@ -155,6 +169,10 @@ impl Culler {
     }
 }
 
+#[expect(
+    clippy::too_many_arguments,
+    reason = "the parts of a culler, apart so that each can be borrowed"
+)]
 fn frame(
     scene: &Scene,
     occluders: &Occluders,
@@ -163,10 +181,18 @@ fn frame(
     camera: &Camera,
     buffer: &mut OcclusionBuffer,
     memory: &mut Memory,
-) -> VisibleSet {
+    found: &mut VisibleSet,
+) {
     let start = Instant::now();
+    let VisibleSet {
+        in_frustum,
+        visible,
+        occluders: drawn_occluders,
+        statistics,
+        times,
+    } = found;
     let frustum = Frustum::new(camera, settings.size);
-    let mut in_frustum = traverse::in_frustum(scene, &frustum);
+    traverse::in_frustum(scene, &frustum, &mut memory.pending, in_frustum);
     let candidates = &mut memory.candidates;
     candidates.clear();
     candidates.extend(
@@ -181,14 +207,14 @@ fn frame(
     buffer.set_accuracy(settings.accuracy);
     buffer.set_level(settings.level);
     buffer.clear(camera);
-    let mut statistics = Statistics {
+    *statistics = Statistics {
         objects_in_frustum: in_frustum.len() as u64,
         ..Statistics::default()
     };
     let hidden = &mut memory.hidden;
     hidden.clear();
     hidden.resize(scene.objects().len(), false);
-    let mut drawn_occluders = Vec::new();
+    drawn_occluders.clear();
     draw_occluders(
         scene,
         occluders,
@@ -199,8 +225,8 @@ fn frame(
         &mut memory.draw,
         Drawn {
             hidden,
-            occluders: &mut drawn_occluders,
-            statistics: &mut statistics,
+            occluders: drawn_occluders,
+            statistics,
         },
     );
     let drawn = Instant::now();
@@ -208,30 +234,18 @@ fn frame(
     buffer.finish();
     let finished = Instant::now();
 
-    let visible = not_hidden(
-        scene,
-        settings,
-        &in_frustum,
-        buffer,
-        memory,
-        &mut statistics,
+    not_hidden(
+        scene, settings, in_frustum, buffer, memory, statistics, visible,
     );
     statistics.objects_visible = visible.len() as u64;
     let tested = Instant::now();
 
-    let times = StageTimes {
+    *times = StageTimes {
         select: selected - start,
         raster: drawn - selected,
         pyramid: finished - drawn,
         test: tested - finished,
     };
-    VisibleSet {
-        in_frustum,
-        visible,
-        occluders: drawn_occluders,
-        statistics,
-        times,
-    }
 }
 
 /// Whether an object is hidden: by its world box, or by its own.
@@ -252,7 +266,8 @@ fn not_hidden(
     buffer: &OcclusionBuffer,
     memory: &mut Memory,
     statistics: &mut Statistics,
-) -> Vec<u32> {
+    visible: &mut Vec<u32>,
+) {
     let undecided = &mut memory.undecided;
     undecided.clear();
     undecided.extend(in_frustum.iter().filter(|&&object| {
@@ -266,9 +281,10 @@ fn not_hidden(
         &mut memory.footprints,
     );
     let tests = undecided.iter().zip(&memory.footprints);
-    let visible = tests.filter(|&(&object, &footprint)| {
+    let kept = tests.filter(|&(&object, &footprint)| {
         scene.objects()[object as usize].never_cull
             || !buffer.test(footprint).is_hidden() && !is_hidden(scene, buffer, object)
     });
-    visible.map(|(&object, _)| object).collect()
+    visible.clear();
+    visible.extend(kept.map(|(&object, _)| object));
 }

@@ -18,19 +18,25 @@ fn bounds_of(node: &BvhNode) -> Aabb {
 }
 
 /// A node that meets the frustum, and the planes that its children still have to be tested against.
-#[derive(Clone, Copy)]
-struct Pending {
+#[derive(Clone, Copy, Debug)]
+pub struct Pending {
     node: u32,
     planes: Planes,
 }
 
-/// The objects whose boxes meet the frustum, in hierarchy order.
-pub fn in_frustum(scene: &Scene, frustum: &Frustum) -> Vec<u32> {
-    let mut found = Vec::new();
-    let mut stack = vec![Pending {
+/// Finds the objects whose boxes meet the frustum, in hierarchy order. `stack` is memory to work in.
+pub fn in_frustum(
+    scene: &Scene,
+    frustum: &Frustum,
+    stack: &mut Vec<Pending>,
+    found: &mut Vec<u32>,
+) {
+    found.clear();
+    stack.clear();
+    stack.push(Pending {
         node: 0,
         planes: Planes::ALL,
-    }];
+    });
     while let Some(pending) = stack.pop() {
         let node = &scene.bvh().nodes[pending.node as usize];
         let Containment::Meets(planes) = frustum.contains(&bounds_of(node), pending.planes) else {
@@ -53,7 +59,6 @@ pub fn in_frustum(scene: &Scene, frustum: &Frustum) -> Vec<u32> {
             }));
         }
     }
-    found
 }
 
 /// All objects below a node: they are consecutive.

@@ -106,13 +106,14 @@ fn describe(settings: &MeasureSettings, threads: usize) -> SettingsReport {
 fn repeat(culler: &mut Culler, camera: &Camera) -> VisibleSet {
     let start = Instant::now();
     let mut best = culler.cull(camera);
+    let mut set = VisibleSet::default();
     for count in 1..MOST_REPEATS {
         if count >= LEAST_REPEATS && start.elapsed() >= LEAST_TIME {
             break;
         }
-        let set = culler.cull(camera);
+        culler.cull_into(camera, &mut set);
         if set.times.total() < best.times.total() {
-            best = set;
+            std::mem::swap(&mut set, &mut best);
         }
     }
     best

@@ -156,8 +156,12 @@ impl OcclusionBuffer {
     }
 
     /// Draws triangles that were assembled for this buffer's camera and size, run after run.
-    pub(crate) fn draw_blocks(&mut self, blocks: &[&[SpanBlock]], threads: usize) {
-        self.tiles.fill_blocks(blocks, threads);
+    pub(crate) fn draw_blocks<'a>(
+        &mut self,
+        runs: impl Iterator<Item = &'a [SpanBlock]> + Clone + Send + Sync,
+        threads: usize,
+    ) {
+        self.tiles.fill_blocks(runs, threads);
         self.finished = false;
     }
 

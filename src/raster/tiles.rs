@@ -1,5 +1,7 @@
 //! The tile buffer: coverage and depth of the occluders drawn so far.
 
+use rayon::prelude::*;
+
 use crate::view::PictureSize;
 use antumbra_simd::Level;
 use antumbra_simd::PARTS_PER_TILE;
@@ -122,7 +124,7 @@ impl TileBuffer {
         } else {
             1
         };
-        self.fill_blocks(&[&blocks], threads);
+        self.fill_blocks(std::iter::once(&blocks[..]), threads);
     }
 
     /// Whether a rectangle of samples is hidden.
@@ -140,47 +142,46 @@ impl TileBuffer {
     }
 
     /// Fills triangles in order, run after run.
-    pub(crate) fn fill_blocks(&mut self, runs: &[&[SpanBlock]], threads: usize) {
+    pub(crate) fn fill_blocks<'a>(
+        &mut self,
+        runs: impl Iterator<Item = &'a [SpanBlock]> + Clone + Send + Sync,
+        threads: usize,
+    ) {
         let across = self.size.tiles_across();
-        let down = self.size.tiles_down();
-        let rows = if threads == 1 {
-            down
-        } else {
-            down.div_ceil(BANDS_PER_THREAD * threads)
-        };
-        let tiles = rows * across;
         let level = self.level;
-        let bands = self
-            .coverage
-            .chunks_mut(tiles)
-            .zip(self.depths.chunks_mut(tiles))
-            .zip(self.near_samples.chunks_mut(tiles))
-            .zip(self.near.chunks_mut(tiles))
+        let fill_band = |mut band: TileRows<'_>| {
+            for run in runs.clone() {
+                fill(level, run, &mut band);
+            }
+        };
+        if threads == 1 {
+            return fill_band(TileRows {
+                coverage: &mut self.coverage,
+                far: &mut self.depths,
+                near_samples: &mut self.near_samples,
+                near: &mut self.near,
+                first_row: 0,
+                across,
+            });
+        }
+        let rows = self.size.tiles_down().div_ceil(BANDS_PER_THREAD * threads);
+        let tiles = rows * across;
+        self.coverage
+            .par_chunks_mut(tiles)
+            .zip(self.depths.par_chunks_mut(tiles))
+            .zip(self.near_samples.par_chunks_mut(tiles))
+            .zip(self.near.par_chunks_mut(tiles))
             .enumerate()
-            .map(
-                |(index, (((coverage, far), near_samples), near))| TileRows {
+            .for_each(|(index, (((coverage, far), near_samples), near))| {
+                fill_band(TileRows {
                     coverage,
                     far,
                     near_samples,
                     near,
                     first_row: (index * rows) as i32,
                     across,
-                },
-            );
-        let fill_band = |mut band: TileRows<'_>| {
-            for run in runs {
-                fill(level, run, &mut band);
-            }
-        };
-        if threads == 1 {
-            bands.for_each(fill_band);
-        } else {
-            rayon::scope(|scope| {
-                for band in bands {
-                    scope.spawn(move |_| fill_band(band));
-                }
+                });
             });
-        }
     }
 
     /// 64-bit FNV-1a over the coverage words and then the depth values, as little-endian bytes, row by row.

@@ -1,11 +1,13 @@
 //! The query interface for engines that have their own scene.
 
+use antumbra_simd::glance::{Slabs, is_seen};
 use antumbra_simd::query::{Covered, Rectangle};
 use antumbra_simd::spans::SpanBlock;
 use antumbra_simd::triangle::Triangle;
 use antumbra_simd::{Level, PART_HEIGHT};
 use glam::{DAffine3, DVec3};
 
+use super::outline::layered;
 use super::{
     Accuracy, Footprint, OcclusionMap, ProjectedBox, SampleRect, Screen, is_behind, is_covered,
     is_covered_so_far, is_outline_hidden,
@@ -194,16 +196,44 @@ impl OcclusionBuffer {
     /// Whether a box on this buffer's screen is hidden: first by its rectangle and nearest corner, and if those do not
     /// do, by its outline and faces.
     pub fn test_box(&self, projected: &ProjectedBox) -> Visibility {
-        let hidden = match projected.footprint() {
-            Footprint::Unbounded => false,
-            Footprint::Nowhere => true,
-            Footprint::Within(rect) => {
-                let covered = self.covers(&rect);
-                covered && is_behind(&self.tiles, &rect)
-                    || self.hides_outline(projected, &rect, covered)
-            }
+        let footprint = projected.footprint();
+        let Footprint::Within(rect) = footprint else {
+            return self.test(footprint);
+        };
+        let hidden = if self.accuracy == Accuracy::Exact {
+            self.hides(footprint, Covered::Samples)
+                || !self.shows(projected.slabs(), rect)
+                    && self.hides_outline(projected, &rect, false)
+        } else {
+            let covered = self.covers(&rect);
+            covered && is_behind(&self.tiles, &rect)
+                || self.hides_outline(projected, &rect, covered)
         };
         visibility(hidden)
+    }
+
+    /// Whether a world box is hidden that [`test`](OcclusionBuffer::test) of its footprint does not find hidden.
+    pub(crate) fn hides_aabb_closely(&self, bounds: &Aabb, footprint: Footprint) -> bool {
+        let Footprint::Within(rect) = footprint else {
+            return false;
+        };
+        if self.accuracy != Accuracy::Exact {
+            let projected = self.screen.project_aabb(bounds);
+            return self.test_box(&projected).is_hidden();
+        }
+        !self.shows(&self.screen.slabs_of_aabb(bounds), rect)
+            && self.hides_outline(&self.screen.project_aabb(bounds), &rect, false)
+    }
+
+    /// Whether a box shows itself at one of a few samples; then it is not hidden.
+    fn shows(&self, slabs: &Slabs, rect: SampleRect) -> bool {
+        let SampleRect {
+            x,
+            y,
+            nearest_depth: nearest,
+        } = rect;
+        let rectangle = Rectangle { x, y, nearest };
+        is_seen(self.screen.rays(), slabs, layered(&self.tiles), rectangle)
     }
 
     /// Whether a ball is hidden.

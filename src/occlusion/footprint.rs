@@ -13,6 +13,7 @@
 
 use antumbra_simd::bounds::{Extent, project_corners};
 use antumbra_simd::boxes::{BOXES, BoxBlock, BoxView, RectBlock, project_boxes};
+use antumbra_simd::glance::{Rays, Slabs};
 use antumbra_simd::vertex::ScreenTransform;
 use antumbra_simd::{Level, SUBPIXELS};
 use glam::{DAffine3, DVec3};
@@ -57,6 +58,7 @@ pub struct Screen {
     camera: Camera,
     size: PictureSize,
     from_eye: ScreenTransform,
+    rays: Rays,
     norms: Norms,
 }
 
@@ -83,6 +85,7 @@ impl Screen {
         Screen {
             camera,
             size,
+            rays: Rays::new(&from_eye),
             from_eye,
             norms,
         }
@@ -119,7 +122,9 @@ impl Screen {
             max: bounds.max - eye,
         };
         let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
-        self.project_corners(relative.corners(), false, self.position_error(reach))
+        let slabs = self.slabs_of_aabb(bounds);
+        let error = self.position_error(reach);
+        self.project_corners(relative.corners(), false, error, slabs)
     }
 
     /// Where axis-aligned world boxes may be drawn, several at once; appended to `footprints` in their order.
@@ -225,7 +230,9 @@ impl Screen {
             std::array::from_fn(|i| relative + u * sign(i, 0) + v * sign(i, 1) + w * sign(i, 2));
         let reach = (bounds.center.abs() + u.abs() + v.abs() + w.abs()).max_element();
         let mirrored = u.dot(v.cross(w)) < 0.0;
-        self.project_corners(corners, mirrored, error + self.position_error(reach))
+        let slabs = self.slabs_of_oriented_box(bounds);
+        let error = error + self.position_error(reach);
+        self.project_corners(corners, mirrored, error, slabs)
     }
 
     /// Where a ball may be drawn.
@@ -298,12 +305,47 @@ impl Screen {
         )
     }
 
+    /// The rays of the samples, relative to the eye.
+    pub(super) fn rays(&self) -> &Rays {
+        &self.rays
+    }
+
+    /// A world box as slabs, relative to the eye.
+    pub(super) fn slabs_of_aabb(&self, bounds: &Aabb) -> Slabs {
+        let eye = self.camera.eye();
+        Slabs {
+            normal: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            low: (bounds.min - eye).to_array(),
+            high: (bounds.max - eye).to_array(),
+        }
+    }
+
+    /// A box with any orientation as slabs, relative to the eye.
+    pub(super) fn slabs_of_oriented_box(&self, bounds: &OrientedBox) -> Slabs {
+        let [u, v, w] = bounds.half_axes;
+        let center = bounds.center - self.camera.eye();
+        let normal = [v.cross(w), w.cross(u), u.cross(v)];
+        let half = u.dot(normal[0]);
+        let middle = normal.map(|n| n.dot(center));
+        Slabs {
+            normal: normal.map(|n| n.to_array()),
+            low: middle.map(|m| m - half),
+            high: middle.map(|m| m + half),
+        }
+    }
+
     fn position_error(&self, reach: f64) -> f64 {
         (reach + self.camera.eye().abs().max_element()) * POSITION_ERROR
     }
 
     /// Projects a box whose points may be off by `error` along each axis.
-    fn project_corners(&self, corners: [DVec3; 8], mirrored: bool, error: f64) -> ProjectedBox {
+    fn project_corners(
+        &self,
+        corners: [DVec3; 8],
+        mirrored: bool,
+        error: f64,
+        slabs: Slabs,
+    ) -> ProjectedBox {
         let Some((corners, extent)) =
             project_corners(&self.from_eye, &corners.map(|c| c.to_array()))
         else {
@@ -320,7 +362,7 @@ impl Screen {
             depth: position_error * self.norms.depth / w,
             relative_depth: position_error * self.norms.w / w,
         };
-        ProjectedBox::new(footprint, corners, mirrored, errors)
+        ProjectedBox::new(footprint, corners, mirrored, errors, slabs)
     }
 
     /// How far a vertex may be drawn from where its position, off by `position_error`, projects to, in sub-pixels: along

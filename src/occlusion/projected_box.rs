@@ -28,6 +28,7 @@
 use antumbra_simd::SUBPIXELS;
 use antumbra_simd::bounds::Corners;
 use antumbra_simd::faces::{FacePlane, Faces};
+use antumbra_simd::glance::Slabs;
 use antumbra_simd::outline::{Outline, OutlineEdge};
 use antumbra_simd::triangle::DepthPlane;
 
@@ -50,6 +51,7 @@ pub struct ProjectedBox {
     /// Whether the corners' three axes are left-handed.
     mirrored: bool,
     errors: Errors,
+    slabs: Slabs,
 }
 
 /// How far a vertex of the box's triangles may be drawn from the box's projection.
@@ -81,6 +83,11 @@ impl ProjectedBox {
             relative_depth: 0.0,
         },
         footprint: Footprint::Unbounded,
+        slabs: Slabs {
+            normal: [[0.0; 3]; 3],
+            low: [0.0; 3],
+            high: [0.0; 3],
+        },
     };
 
     pub(super) fn new(
@@ -88,13 +95,20 @@ impl ProjectedBox {
         corners: Corners,
         mirrored: bool,
         errors: Errors,
+        slabs: Slabs,
     ) -> ProjectedBox {
         ProjectedBox {
             footprint,
             corners,
             mirrored,
             errors,
+            slabs,
         }
+    }
+
+    /// The box's faces, relative to the eye.
+    pub(super) fn slabs(&self) -> &Slabs {
+        &self.slabs
     }
 
     /// Where the box may be drawn, and its nearest corner's depth.

@@ -14,8 +14,11 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f64x8, i16x8, u8x16};
 
+use crate::boxes::BoxView;
 use crate::faces::{Faces, RowLayers};
 use crate::outline::{Outline, OutlineEdge};
+use crate::projected::{CornerBox, OnScreen};
+use crate::query::Rectangle;
 use crate::{Level, PART_HEIGHT, PARTS_PER_TILE, TILE_SIZE};
 
 /// What closer questions read of a picture's tiles; see [`crate::tile`].
@@ -86,6 +89,40 @@ pub fn is_outline_hidden_plain(
         (is_covered || strip.is_covered(&tiles.coverage[row], ignored))
             && faces.are_behind(&strip, tile_y, layers)
     })
+}
+
+/// Whether a box is hidden at each sample inside its outline; `rectangle` is where it may be drawn.
+pub fn is_box_hidden(
+    level: Level,
+    view: &BoxView,
+    tiles: LayeredTiles<'_>,
+    b: &CornerBox,
+    rectangle: Rectangle,
+) -> bool {
+    match level.token() {
+        None => OnScreen::new(view, b).is_some_and(|(on_screen, _)| {
+            let (outline, faces) = (on_screen.outline(rectangle), on_screen.faces(rectangle));
+            is_outline_hidden_plain(tiles, &outline, &faces, 0, false)
+        }),
+        Some(token) => {
+            dispatch!(token, simd => is_box_hidden_vector(simd, view, tiles, b, rectangle))
+        }
+    }
+}
+
+#[inline(always)]
+fn is_box_hidden_vector<S: Simd>(
+    simd: S,
+    view: &BoxView,
+    tiles: LayeredTiles<'_>,
+    b: &CornerBox,
+    rectangle: Rectangle,
+) -> bool {
+    let Some((on_screen, _)) = OnScreen::new(view, b) else {
+        return false;
+    };
+    let (outline, faces) = (on_screen.outline(rectangle), on_screen.faces(rectangle));
+    is_outline_hidden_vector(simd, tiles, &outline, &faces)
 }
 
 #[inline(always)]

@@ -1,6 +1,7 @@
 //! The query interface for engines that have their own scene.
 
-use antumbra_simd::glance::{Slabs, is_seen};
+use antumbra_simd::closer::is_box_hidden;
+use antumbra_simd::glance::is_seen;
 use antumbra_simd::query::{Covered, Rectangle};
 use antumbra_simd::spans::SpanBlock;
 use antumbra_simd::triangle::Triangle;
@@ -8,6 +9,7 @@ use antumbra_simd::{Level, PART_HEIGHT};
 use glam::{DAffine3, DVec3};
 
 use super::outline::layered;
+use super::projected_box::{EyeBox, rectangle};
 use super::{
     Accuracy, Footprint, OcclusionMap, ProjectedBox, SampleRect, Screen, is_behind, is_covered,
     is_covered_so_far, is_outline_hidden,
@@ -202,8 +204,12 @@ impl OcclusionBuffer {
         };
         let hidden = if self.accuracy == Accuracy::Exact {
             self.hides(footprint, Covered::Samples)
-                || !self.shows(projected.slabs(), rect)
-                    && self.hides_outline(projected, &rect, false)
+                || !is_seen(
+                    self.screen.rays(),
+                    projected.slabs(),
+                    layered(&self.tiles),
+                    rectangle(&rect),
+                ) && self.hides_outline(projected, &rect, false)
         } else {
             let covered = self.covers(&rect);
             covered && is_behind(&self.tiles, &rect)
@@ -221,19 +227,20 @@ impl OcclusionBuffer {
             let projected = self.screen.project_aabb(bounds);
             return self.test_box(&projected).is_hidden();
         }
-        !self.shows(&self.screen.slabs_of_aabb(bounds), rect)
-            && self.hides_outline(&self.screen.project_aabb(bounds), &rect, false)
+        self.hides_closely(&self.screen.relative_aabb(bounds), rect)
     }
 
-    /// Whether a box shows itself at one of a few samples; then it is not hidden.
-    fn shows(&self, slabs: &Slabs, rect: SampleRect) -> bool {
-        let SampleRect {
-            x,
-            y,
-            nearest_depth: nearest,
-        } = rect;
-        let rectangle = Rectangle { x, y, nearest };
-        is_seen(self.screen.rays(), slabs, layered(&self.tiles), rectangle)
+    /// Whether a box is hidden that its rectangle and nearest corner do not hide.
+    fn hides_closely(&self, b: &EyeBox, rect: SampleRect) -> bool {
+        let (tiles, rectangle) = (layered(&self.tiles), rectangle(&rect));
+        !is_seen(self.screen.rays(), &b.slabs, tiles, rectangle)
+            && is_box_hidden(
+                self.tiles.level(),
+                self.screen.view(),
+                tiles,
+                &b.corners,
+                rectangle,
+            )
     }
 
     /// Whether a ball is hidden.

@@ -91,7 +91,8 @@ pub fn is_outline_hidden_plain(
     })
 }
 
-/// Whether a box is hidden at each sample inside its outline; `rectangle` is where it may be drawn.
+/// Whether all of something inside a box is hidden at each sample inside the box's outline. It is known to be drawn
+/// within `rectangle`, and nowhere nearer than that says.
 pub fn is_box_hidden(
     level: Level,
     view: &BoxView,
@@ -100,14 +101,27 @@ pub fn is_box_hidden(
     rectangle: Rectangle,
 ) -> bool {
     match level.token() {
-        None => OnScreen::new(view, b).is_some_and(|(on_screen, _)| {
-            let (outline, faces) = (on_screen.outline(rectangle), on_screen.faces(rectangle));
-            is_outline_hidden_plain(tiles, &outline, &faces, 0, false)
-        }),
+        None => is_box_hidden_plain(view, tiles, b, rectangle),
         Some(token) => {
             dispatch!(token, simd => is_box_hidden_vector(simd, view, tiles, b, rectangle))
         }
     }
+}
+
+fn is_box_hidden_plain(
+    view: &BoxView,
+    tiles: LayeredTiles<'_>,
+    b: &CornerBox,
+    rectangle: Rectangle,
+) -> bool {
+    let Some((on_screen, extent)) = OnScreen::new(view, b) else {
+        return false;
+    };
+    let Some(rectangle) = on_screen.within(&extent, rectangle) else {
+        return true;
+    };
+    let (outline, faces) = (on_screen.outline(rectangle), on_screen.faces(rectangle));
+    is_outline_hidden_plain(tiles, &outline, &faces, 0, false)
 }
 
 #[inline(always)]
@@ -118,8 +132,11 @@ fn is_box_hidden_vector<S: Simd>(
     b: &CornerBox,
     rectangle: Rectangle,
 ) -> bool {
-    let Some((on_screen, _)) = OnScreen::new(view, b) else {
+    let Some((on_screen, extent)) = OnScreen::new(view, b) else {
         return false;
+    };
+    let Some(rectangle) = on_screen.within(&extent, rectangle) else {
+        return true;
     };
     let (outline, faces) = (on_screen.outline(rectangle), on_screen.faces(rectangle));
     is_outline_hidden_vector(simd, tiles, &outline, &faces)
@@ -197,15 +214,24 @@ impl<'a, S: Simd> Question<'a, S> {
     fn is_strip_hidden(&self, tile_y: i32) -> bool {
         let simd = self.simd;
         let tiles = S::f64s::LEN;
+        let row = tile_y as usize * self.across;
+        // Where a box is not hidden as a whole, much of it may be, without a look at the outline.
+        let [mut tile, mut last] = self.outline.x.map(|x| (x / TILE_SIZE) as usize);
+        while self.is_before(row, tile) {
+            tile += tiles;
+            if tile > last {
+                return true;
+            }
+        }
         let [first, end] = self.spans(tile_y * TILE_SIZE);
         let least = least_of(simd, first);
         let largest = -least_of(simd, -end);
         if least >= largest {
             return true;
         }
+        tile = tile.max(least as usize / TILE_SIZE as usize);
+        last = (largest as usize - 1) / TILE_SIZE as usize;
         let [first, end] = [self.to_short(first), self.to_short(end)];
-        let (mut tile, last) = (least as usize / 8, (largest as usize - 1) / 8);
-        let row = tile_y as usize * self.across;
         while tile <= last {
             let start = tile.min(self.across - tiles);
             let mask = self.mask(first, end, start, tile);
@@ -215,6 +241,17 @@ impl<'a, S: Simd> Question<'a, S> {
             tile += tiles;
         }
         true
+    }
+
+    /// Whether a vector's tiles are covered and everywhere strictly nearer than the box's nearest corner.
+    #[inline(always)]
+    fn is_before(&self, row: usize, tile: usize) -> bool {
+        let at = (row + tile.min(self.across - S::f64s::LEN)) * PARTS_PER_TILE;
+        let range = at..at + S::u32s::LEN;
+        let coverage = S::u32s::from_slice(self.simd, &self.coverage[range.clone()]);
+        let far = S::f32s::from_slice(self.simd, &self.far[range]);
+        let full = coverage.simd_eq(S::u32s::splat(self.simd, u32::MAX));
+        (full & far.simd_gt(self.nearest)).all_true()
     }
 
     /// The first column inside the outline in each of eight rows, and the first one outside after it; 2¹⁵ − 1 and 0
@@ -290,15 +327,40 @@ impl<'a, S: Simd> Question<'a, S> {
         if open.simd_eq(none).all_true() {
             return true;
         }
-        let near_samples = S::u32s::from_slice(simd, &self.near_samples[range.clone()]);
-        let near = S::f32s::from_slice(simd, &self.near[range]);
+        // Most parts are decided by the whole of them, which is quicker to ask than where their samples are.
         let corner = [
             (start as i32 * TILE_SIZE) as f32,
             (tile_y * TILE_SIZE) as f32,
         ];
+        let open = self.is_part_before(far, corner).select(none, open);
+        if open.simd_eq(none).all_true() {
+            return true;
+        }
+        let near_samples = S::u32s::from_slice(simd, &self.near_samples[range.clone()]);
+        let near = S::f32s::from_slice(simd, &self.near[range]);
         let in_far = open & !near_samples;
         let in_near = near.simd_gt(self.nearest).select(none, open & near_samples);
         self.are_faces_behind(in_far, far, corner) && self.are_faces_behind(in_near, near, corner)
+    }
+
+    /// Whether some face is strictly farther than `depth` all over a part. A depth at one corner of a part is not farther
+    /// than at any sample, as its formula is monotone.
+    #[inline(always)]
+    fn is_part_before(&self, depth: S::f32s, corner: [f32; 2]) -> S::mask32s {
+        let x = self.part_column + corner[0];
+        let y = self.part_row + corner[1];
+        let (x0, x1) = x.widen();
+        let (y0, y1) = y.widen();
+        let mut behind = depth.simd_lt(depth);
+        for plane in self.faces.planes() {
+            let right = if plane.slope_x > 0.0 { 7.0 } else { 0.0 };
+            let lower = if plane.slope_y > 0.0 { 3.0 } else { 0.0 };
+            let at0 = ((x0 + right) * plane.slope_x + plane.depth) + (y0 + lower) * plane.slope_y;
+            let at1 = ((x1 + right) * plane.slope_x + plane.depth) + (y1 + lower) * plane.slope_y;
+            let nearest: S::f32s = at0.narrow(at1);
+            behind = behind | nearest.simd_lt(depth);
+        }
+        behind
     }
 
     /// Whether some face is strictly farther than `depth` at the samples `mask` of a layer of each part.

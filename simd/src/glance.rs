@@ -112,8 +112,9 @@ impl Rays {
                 return None;
             }
             let start = dot(slabs.normal[axis], origin);
-            let low = (slabs.low[axis] - start) / speed;
-            let high = (slabs.high[axis] - start) / speed;
+            let time = 1.0 / speed;
+            let low = (slabs.low[axis] - start) * time;
+            let high = (slabs.high[axis] - start) * time;
             let (first, last) = if low < high { (low, high) } else { (high, low) };
             entry = if first > entry { first } else { entry };
             exit = if last < exit { last } else { exit };

@@ -30,7 +30,7 @@
 //! can.
 
 use crate::SUBPIXELS;
-use crate::bounds::{Corners, Extent, greater, largest_of, least_of, project_corners};
+use crate::bounds::{Corners, Extent, greater, largest_of, least_of, lesser, project_corners};
 use crate::boxes::BoxView;
 use crate::faces::{FacePlane, Faces};
 use crate::outline::{Outline, OutlineEdge};
@@ -78,12 +78,18 @@ pub struct OnScreen {
 }
 
 impl OnScreen {
-    /// Projects a box; none if a corner is at or behind the near plane, or not finite.
+    /// Projects a box; none if a corner is or may be at or behind the near plane, or is not finite.
     #[inline(always)]
     pub fn new(view: &BoxView, b: &CornerBox) -> Option<(OnScreen, Extent)> {
         let (Corners { x, y, depth, w }, extent) = project_corners(&view.screen, &b.corners)?;
         let [norm_x, norm_y, norm_depth, norm_w] = view.norms;
         let least_w = extent.w - b.error * norm_w;
+        let largest_depth = extent.depth + b.error * norm_depth;
+        // False for a NaN.
+        let is_in_front = least_w > 0.0 && largest_depth < view.screen.near_depth * least_w;
+        if !is_in_front {
+            return None;
+        }
         let mut seen = [[false; 2]; 3];
         for axis in 0..3 {
             for side in 0..2 {
@@ -118,6 +124,33 @@ impl OnScreen {
             seen,
         };
         Some((on_screen, extent))
+    }
+
+    /// What of a rectangle the box may cover, and its nearest depth there; none if it covers nothing of it. `extent` came
+    /// with the box.
+    #[inline(always)]
+    pub fn within(&self, extent: &Extent, rectangle: Rectangle) -> Option<Rectangle> {
+        let [error_x, error_y] = self.error;
+        let x = samples_within(extent.x, error_x, rectangle.x);
+        let y = samples_within(extent.y, error_y, rectangle.y);
+        if x[0] > x[1] || y[0] > y[1] {
+            return None;
+        }
+        let [farthest, nearest] = [least_of(&self.depth), largest_of(&self.depth)];
+        let nearest = (nearest + self.depth_error_within(farthest, nearest)) as f32;
+        let nearest = if nearest < rectangle.nearest {
+            nearest
+        } else {
+            rectangle.nearest
+        };
+        let [x, y] = [x.map(|v| v as i32), y.map(|v| v as i32)];
+        Some(Rectangle { x, y, nearest })
+    }
+
+    /// What a vertex's depth may be off by, where those of the corners have a range.
+    #[inline(always)]
+    fn depth_error_within(&self, farthest: f64, nearest: f64) -> f64 {
+        self.depth_error[0] + greater(farthest.abs(), nearest.abs()) * self.depth_error[1]
     }
 
     /// The samples of the box's rectangle that can be covered: those inside the outline.
@@ -170,7 +203,7 @@ impl OnScreen {
         let OnScreen { x, y, depth, .. } = self;
         let (farthest, nearest) = (least_of(depth), largest_of(depth));
         let magnitude = greater(farthest.abs(), nearest.abs());
-        let error = self.depth_error[0] + magnitude * self.depth_error[1];
+        let error = self.depth_error_within(farthest, nearest);
         let formula_error = DepthPlane::SLOPE_ERROR * (nearest - farthest + 2.0 * error);
         for axis in 0..3 {
             for side in 0..2 {
@@ -212,6 +245,17 @@ impl OnScreen {
         let (a, b) = (a.abs(), b.abs());
         (a * error_x + b * error_y) + (a * reach_x + b * reach_y + constant) * ROUNDING
     }
+}
+
+/// The samples of a range that a box may cover whose corners span `extent`, in sub-pixels, and that may be off by `error`.
+#[inline(always)]
+fn samples_within(extent: [f64; 2], error: f64, range: [i32; 2]) -> [f64; 2] {
+    let first = (to_sample(extent[0]) - error).ceil();
+    let last = (to_sample(extent[1]) + error).floor();
+    [
+        greater(first, f64::from(range[0])),
+        lesser(last, f64::from(range[1])),
+    ]
 }
 
 /// How far a vertex may be drawn from where its position, off by `error`, projects to, in samples: along one axis of the

@@ -237,10 +237,9 @@ fn frame(
 /// Whether an object is hidden that its world box's footprint alone does not hide: by that box, or by its own.
 fn is_hidden(scene: &Scene, buffer: &OcclusionBuffer, object: usize, footprint: Footprint) -> bool {
     buffer.hides_aabb_closely(&scene.bounds()[object], footprint)
-        || scene.own_box(object).is_some_and(|own| {
-            let projected = buffer.screen().project_oriented_box(&own.shape, own.growth);
-            buffer.test_box(&projected).is_hidden()
-        })
+        || scene
+            .own_box(object)
+            .is_some_and(|own| buffer.hides_own_box(&own.shape, own.growth, footprint))
 }
 
 /// The objects that all occluders together do not hide, in scene order.

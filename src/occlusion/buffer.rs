@@ -230,6 +230,19 @@ impl OcclusionBuffer {
         self.hides_closely(&self.screen.relative_aabb(bounds), rect)
     }
 
+    /// Whether what is inside a box with any orientation, off by no more than `error`, is hidden. `around` is the footprint
+    /// of something else that it is inside of.
+    pub(crate) fn hides_own_box(&self, own: &OrientedBox, error: f64, around: Footprint) -> bool {
+        match around {
+            Footprint::Within(rect) if self.accuracy == Accuracy::Exact => {
+                self.hides_closely(&self.screen.relative_oriented_box(own, error), rect)
+            }
+            _ => self
+                .test_box(&self.screen.project_oriented_box(own, error))
+                .is_hidden(),
+        }
+    }
+
     /// Whether a box is hidden that its rectangle and nearest corner do not hide.
     fn hides_closely(&self, b: &EyeBox, rect: SampleRect) -> bool {
         let (tiles, rectangle) = (layered(&self.tiles), rectangle(&rect));

@@ -28,40 +28,68 @@ pub struct Corners {
     pub w: [f64; 8],
 }
 
-/// Projects corners, given in the coordinates that `t` takes; none if a corner is at or behind the near plane, or not
-/// finite.
+#[inline(always)]
+pub(crate) fn lesser(a: f64, b: f64) -> f64 {
+    if b < a { b } else { a }
+}
+
+#[inline(always)]
+pub(crate) fn greater(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
+}
+
+/// The least of eight numbers.
+#[inline(always)]
+pub(crate) fn least_of(v: &[f64; 8]) -> f64 {
+    let mut four = [0.0; 4];
+    for i in 0..4 {
+        four[i] = lesser(v[i], v[i + 4]);
+    }
+    lesser(lesser(four[0], four[2]), lesser(four[1], four[3]))
+}
+
+/// The largest of eight numbers.
+#[inline(always)]
+pub(crate) fn largest_of(v: &[f64; 8]) -> f64 {
+    let mut four = [0.0; 4];
+    for i in 0..4 {
+        four[i] = greater(v[i], v[i + 4]);
+    }
+    greater(greater(four[0], four[2]), greater(four[1], four[3]))
+}
+
+#[inline(always)]
+fn row(r: &[f64; 4], [x, y, z]: &[[f64; 8]; 3]) -> [f64; 8] {
+    let mut of = [0.0; 8];
+    for i in 0..8 {
+        of[i] = ((r[0] * x[i] + r[1] * y[i]) + r[2] * z[i]) + r[3];
+    }
+    of
+}
+
+/// Projects corners, given by x, y and z in the coordinates that `t` takes; none if a corner is at or behind the near
+/// plane, or not finite.
 ///
 /// Values are as exact as f64 makes them (the bound stands in [`crate::vertex`]); the caller grows them.
-#[inline]
-pub fn project_corners(t: &ScreenTransform, corners: &[[f64; 3]; 8]) -> Option<(Corners, Extent)> {
-    let row = |r: &[f64; 4], p: [f64; 3]| ((r[0] * p[0] + r[1] * p[1]) + r[2] * p[2]) + r[3];
-    let least = |a: f64, b: f64| if b < a { b } else { a };
-    let largest = |a: f64, b: f64| if b > a { b } else { a };
-    let mut extent = Extent {
-        x: [f64::INFINITY, f64::NEG_INFINITY],
-        y: [f64::INFINITY, f64::NEG_INFINITY],
-        depth: f64::NEG_INFINITY,
-        w: f64::INFINITY,
-    };
-    let mut projected = Corners {
-        x: [0.0; 8],
-        y: [0.0; 8],
-        depth: [0.0; 8],
-        w: [0.0; 8],
-    };
-    for (i, &p) in corners.iter().enumerate() {
-        let (w, depth) = (row(&t.w, p), row(&t.depth, p));
-        let (x, y) = (row(&t.x, p) / w, row(&t.y, p) / w);
-        let in_front = w > 0.0 && depth < t.near_depth * w;
-        if !(in_front && x.is_finite() && y.is_finite() && depth.is_finite()) {
-            return None;
-        }
-        extent.x = [least(extent.x[0], x), largest(extent.x[1], x)];
-        extent.y = [least(extent.y[0], y), largest(extent.y[1], y)];
-        extent.depth = largest(extent.depth, depth);
-        extent.w = least(extent.w, w);
-        (projected.x[i], projected.y[i]) = (x, y);
-        (projected.depth[i], projected.w[i]) = (depth, w);
+#[inline(always)]
+pub fn project_corners(t: &ScreenTransform, corners: &[[f64; 8]; 3]) -> Option<(Corners, Extent)> {
+    let (w, depth) = (row(&t.w, corners), row(&t.depth, corners));
+    let (mut x, mut y) = (row(&t.x, corners), row(&t.y, corners));
+    let mut in_front = true;
+    for i in 0..8 {
+        x[i] /= w[i];
+        y[i] /= w[i];
+        in_front &= w[i] > 0.0 && depth[i] < t.near_depth * w[i];
+        in_front &= x[i].is_finite() && y[i].is_finite() && depth[i].is_finite();
     }
-    Some((projected, extent))
+    if !in_front {
+        return None;
+    }
+    let extent = Extent {
+        x: [least_of(&x), largest_of(&x)],
+        y: [least_of(&y), largest_of(&y)],
+        depth: largest_of(&depth),
+        w: least_of(&w),
+    };
+    Some((Corners { x, y, depth, w }, extent))
 }

@@ -18,18 +18,24 @@
 //! | [`pyramid`] | averages four cells of an occlusion map into one |
 //! | [`boxes`] | projects boxes to rectangles of samples, eight at once |
 //! | [`query`] | asks whether a rectangle lies behind what tiles show |
+//! | [`glance`] | looks at a box through one sample |
 //! | [`bounds`] | projects the corners of boxes to the screen |
+//! | [`projected`] | a box on screen: its outline and its faces |
 //! | [`outline`] | the samples inside a box's outline, and whether they are covered |
 //! | [`faces`] | the nearest depth of a box over tile parts, and whether it is farther than theirs |
+//! | [`closer`] | asks both of these of a box |
 
 pub mod assemble;
 pub mod bounds;
 pub mod boxes;
+pub mod closer;
 pub mod coverage;
 pub mod faces;
 pub mod fill;
+pub mod glance;
 mod level;
 pub mod outline;
+pub mod projected;
 pub mod pyramid;
 pub mod query;
 pub mod spans;

@@ -18,7 +18,7 @@ use std::time::Instant;
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
 use crate::occluders::{Budget, nearest_first};
-use crate::occlusion::{Accuracy, Footprint, OcclusionBuffer, ProjectedBox};
+use crate::occlusion::{Accuracy, Footprint, OcclusionBuffer};
 use crate::scene::Scene;
 use crate::view::{Camera, Frustum, PictureSize};
 
@@ -248,14 +248,12 @@ fn frame(
     };
 }
 
-/// Whether an object is hidden: by its world box, or by its own.
-fn is_hidden(scene: &Scene, buffer: &OcclusionBuffer, object: u32) -> bool {
-    let screen = buffer.screen();
-    let by = |b: &ProjectedBox| buffer.test_box(b).is_hidden();
-    by(&screen.project_aabb(&scene.bounds()[object as usize]))
+/// Whether an object is hidden that its world box's footprint alone does not hide: by that box, or by its own.
+fn is_hidden(scene: &Scene, buffer: &OcclusionBuffer, object: usize, footprint: Footprint) -> bool {
+    buffer.hides_aabb_closely(&scene.bounds()[object], footprint)
         || scene
-            .own_box(object as usize)
-            .is_some_and(|own| by(&screen.project_oriented_box(&own.shape, own.growth)))
+            .own_box(object)
+            .is_some_and(|own| buffer.hides_own_box(&own.shape, own.growth, footprint))
 }
 
 /// The objects that all occluders together do not hide, in scene order.
@@ -283,7 +281,8 @@ fn not_hidden(
     let tests = undecided.iter().zip(&memory.footprints);
     let kept = tests.filter(|&(&object, &footprint)| {
         scene.objects()[object as usize].never_cull
-            || !buffer.test(footprint).is_hidden() && !is_hidden(scene, buffer, object)
+            || !buffer.test(footprint).is_hidden()
+                && !is_hidden(scene, buffer, object as usize, footprint)
     });
     visible.clear();
     visible.extend(kept.map(|(&object, _)| object));

@@ -1,11 +1,15 @@
 //! The query interface for engines that have their own scene.
 
+use antumbra_simd::closer::is_box_hidden;
+use antumbra_simd::glance::is_seen;
 use antumbra_simd::query::{Covered, Rectangle};
 use antumbra_simd::spans::SpanBlock;
 use antumbra_simd::triangle::Triangle;
 use antumbra_simd::{Level, PART_HEIGHT};
 use glam::{DAffine3, DVec3};
 
+use super::outline::layered;
+use super::projected_box::{EyeBox, rectangle};
 use super::{
     Accuracy, Footprint, OcclusionMap, ProjectedBox, SampleRect, Screen, is_behind, is_covered,
     is_covered_so_far, is_outline_hidden,
@@ -198,16 +202,62 @@ impl OcclusionBuffer {
     /// Whether a box on this buffer's screen is hidden: first by its rectangle and nearest corner, and if those do not
     /// do, by its outline and faces.
     pub fn test_box(&self, projected: &ProjectedBox) -> Visibility {
-        let hidden = match projected.footprint() {
-            Footprint::Unbounded => false,
-            Footprint::Nowhere => true,
-            Footprint::Within(rect) => {
-                let covered = self.covers(&rect);
-                covered && is_behind(&self.tiles, &rect)
-                    || self.hides_outline(projected, &rect, covered)
-            }
+        let footprint = projected.footprint();
+        let Footprint::Within(rect) = footprint else {
+            return self.test(footprint);
+        };
+        let hidden = if self.accuracy == Accuracy::Exact {
+            self.hides(footprint, Covered::Samples)
+                || !is_seen(
+                    self.screen.rays(),
+                    projected.slabs(),
+                    layered(&self.tiles),
+                    rectangle(&rect),
+                ) && self.hides_outline(projected, &rect, false)
+        } else {
+            let covered = self.covers(&rect);
+            covered && is_behind(&self.tiles, &rect)
+                || self.hides_outline(projected, &rect, covered)
         };
         visibility(hidden)
+    }
+
+    /// Whether a world box is hidden that [`test`](OcclusionBuffer::test) of its footprint does not find hidden.
+    pub(crate) fn hides_aabb_closely(&self, bounds: &Aabb, footprint: Footprint) -> bool {
+        let Footprint::Within(rect) = footprint else {
+            return false;
+        };
+        if self.accuracy != Accuracy::Exact {
+            let projected = self.screen.project_aabb(bounds);
+            return self.test_box(&projected).is_hidden();
+        }
+        self.hides_closely(&self.screen.relative_aabb(bounds), rect)
+    }
+
+    /// Whether what is inside a box with any orientation, off by no more than `error`, is hidden. `around` is the footprint
+    /// of something else that it is inside of.
+    pub(crate) fn hides_own_box(&self, own: &OrientedBox, error: f64, around: Footprint) -> bool {
+        match around {
+            Footprint::Within(rect) if self.accuracy == Accuracy::Exact => {
+                self.hides_closely(&self.screen.relative_oriented_box(own, error), rect)
+            }
+            _ => self
+                .test_box(&self.screen.project_oriented_box(own, error))
+                .is_hidden(),
+        }
+    }
+
+    /// Whether a box is hidden that its rectangle and nearest corner do not hide.
+    fn hides_closely(&self, b: &EyeBox, rect: SampleRect) -> bool {
+        let (tiles, rectangle) = (layered(&self.tiles), rectangle(&rect));
+        !is_seen(self.screen.rays(), &b.slabs, tiles, rectangle)
+            && is_box_hidden(
+                self.tiles.level(),
+                self.screen.view(),
+                tiles,
+                &b.corners,
+                rectangle,
+            )
     }
 
     /// Whether a ball is hidden.

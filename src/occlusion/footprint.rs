@@ -11,14 +11,16 @@
 //! * A triangle's depth at a sample is clamped to its vertices' (see [`antumbra_simd::triangle::DepthPlane`]), so no
 //!   sample is nearer than the nearest corner. The depth is rounded towards the eye when it becomes f32.
 
-use antumbra_simd::bounds::{Extent, project_corners};
+use antumbra_simd::bounds::Extent;
 use antumbra_simd::boxes::{BOXES, BoxBlock, BoxView, RectBlock, project_boxes};
+use antumbra_simd::glance::{Rays, Slabs};
+use antumbra_simd::projected::{CornerBox, OnScreen};
 use antumbra_simd::vertex::ScreenTransform;
 use antumbra_simd::{Level, SUBPIXELS};
 use glam::{DAffine3, DVec3};
 
 use super::ProjectedBox;
-use super::projected_box::Errors;
+use super::projected_box::EyeBox;
 use crate::scene::{Aabb, OrientedBox};
 use crate::view::{Camera, PictureSize};
 
@@ -57,7 +59,9 @@ pub struct Screen {
     camera: Camera,
     size: PictureSize,
     from_eye: ScreenTransform,
+    rays: Rays,
     norms: Norms,
+    view: BoxView,
 }
 
 /// How fast the four row products change with the position: the lengths of the rows.
@@ -83,6 +87,14 @@ impl Screen {
         Screen {
             camera,
             size,
+            rays: Rays::new(&from_eye),
+            view: BoxView {
+                screen: from_eye,
+                norms: [norms.x, norms.y, norms.depth, norms.w],
+                snap_error: SNAP_ERROR,
+                relative_error: POSITION_ERROR,
+                size: [size.width() as f64, size.height() as f64],
+            },
             from_eye,
             norms,
         }
@@ -110,16 +122,7 @@ impl Screen {
 
     /// An axis-aligned world box on screen, for questions that ask more than its footprint.
     pub fn project_aabb(&self, bounds: &Aabb) -> ProjectedBox {
-        if !bounds.is_valid() {
-            return ProjectedBox::UNBOUNDED;
-        }
-        let eye = self.camera.eye();
-        let relative = Aabb {
-            min: bounds.min - eye,
-            max: bounds.max - eye,
-        };
-        let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
-        self.project_corners(relative.corners(), false, self.position_error(reach))
+        self.project_box(&self.relative_aabb(bounds))
     }
 
     /// Where axis-aligned world boxes may be drawn, several at once; appended to `footprints` in their order.
@@ -168,10 +171,7 @@ impl Screen {
     ) {
         let view = BoxView {
             screen: *screen,
-            norms: [self.norms.x, self.norms.y, self.norms.depth, self.norms.w],
-            snap_error: SNAP_ERROR,
-            relative_error: POSITION_ERROR,
-            size: [self.size.width() as f64, self.size.height() as f64],
+            ..self.view
         };
         let mut boxes = boxes.peekable();
         let mut block = BoxBlock::EMPTY;
@@ -218,14 +218,7 @@ impl Screen {
     /// A box with any orientation on screen, for questions that ask more than its footprint. Its points may be off by
     /// `error` along each world axis, besides what the projection does.
     pub fn project_oriented_box(&self, bounds: &OrientedBox, error: f64) -> ProjectedBox {
-        let [u, v, w] = bounds.half_axes;
-        let relative = bounds.center - self.camera.eye();
-        let sign = |i: usize, bit: usize| if i >> bit & 1 == 0 { -1.0 } else { 1.0 };
-        let corners =
-            std::array::from_fn(|i| relative + u * sign(i, 0) + v * sign(i, 1) + w * sign(i, 2));
-        let reach = (bounds.center.abs() + u.abs() + v.abs() + w.abs()).max_element();
-        let mirrored = u.dot(v.cross(w)) < 0.0;
-        self.project_corners(corners, mirrored, error + self.position_error(reach))
+        self.project_box(&self.relative_oriented_box(bounds, error))
     }
 
     /// Where a ball may be drawn.
@@ -298,29 +291,80 @@ impl Screen {
         )
     }
 
+    /// The rays of the samples, relative to the eye.
+    pub(super) fn rays(&self) -> &Rays {
+        &self.rays
+    }
+
+    /// What boxes relative to the eye are projected by.
+    pub(super) fn view(&self) -> &BoxView {
+        &self.view
+    }
+
+    /// A world box, relative to the eye.
+    pub(super) fn relative_aabb(&self, bounds: &Aabb) -> EyeBox {
+        let eye = self.camera.eye();
+        let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
+        let (min, max) = (bounds.min - eye, bounds.max - eye);
+        let side = |i: usize, axis: usize| if i >> axis & 1 == 0 { min } else { max };
+        EyeBox {
+            corners: CornerBox {
+                corners: std::array::from_fn(|a| std::array::from_fn(|i| side(i, a)[a])),
+                // Of an empty box nothing is known.
+                error: if bounds.is_valid() {
+                    2.0 * self.position_error(reach)
+                } else {
+                    f64::NAN
+                },
+                mirrored: false,
+            },
+            slabs: Slabs {
+                normal: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+                low: min.to_array(),
+                high: max.to_array(),
+            },
+        }
+    }
+
+    /// A box with any orientation, relative to the eye; its points may be off by `error` along each world axis.
+    pub(super) fn relative_oriented_box(&self, bounds: &OrientedBox, error: f64) -> EyeBox {
+        let [u, v, w] = bounds.half_axes;
+        let center = bounds.center - self.camera.eye();
+        let sign = |i: usize, bit: usize| if i >> bit & 1 == 0 { -1.0 } else { 1.0 };
+        let corner = |i| center + u * sign(i, 0) + v * sign(i, 1) + w * sign(i, 2);
+        let corners: [DVec3; 8] = std::array::from_fn(corner);
+        let reach = (bounds.center.abs() + u.abs() + v.abs() + w.abs()).max_element();
+        let normal = [v.cross(w), w.cross(u), u.cross(v)];
+        let half = u.dot(normal[0]);
+        let middle = normal.map(|n| n.dot(center));
+        EyeBox {
+            corners: CornerBox {
+                corners: std::array::from_fn(|axis| corners.map(|c| c[axis])),
+                // Three axes may all be off at once: the length of the diagonal is less than twice as much.
+                error: 2.0 * (error + self.position_error(reach)),
+                mirrored: half < 0.0,
+            },
+            slabs: Slabs {
+                normal: normal.map(|n| n.to_array()),
+                low: middle.map(|m| m - half),
+                high: middle.map(|m| m + half),
+            },
+        }
+    }
+
     fn position_error(&self, reach: f64) -> f64 {
         (reach + self.camera.eye().abs().max_element()) * POSITION_ERROR
     }
 
-    /// Projects a box whose points may be off by `error` along each axis.
-    fn project_corners(&self, corners: [DVec3; 8], mirrored: bool, error: f64) -> ProjectedBox {
-        let Some((corners, extent)) =
-            project_corners(&self.from_eye, &corners.map(|c| c.to_array()))
-        else {
-            return ProjectedBox::UNBOUNDED;
+    fn project_box(&self, b: &EyeBox) -> ProjectedBox {
+        let (footprint, on_screen) = match OnScreen::new(&self.view, &b.corners) {
+            Some((on_screen, extent)) => (
+                self.footprint_of_extent(extent, b.corners.error),
+                Some(on_screen),
+            ),
+            None => (Footprint::Unbounded, None),
         };
-        // Three axes may all be off at once: the length of the diagonal is less than twice as much.
-        let position_error = 2.0 * error;
-        let footprint = self.footprint_of_extent(extent, position_error);
-        let w = extent.w - position_error * self.norms.w;
-        let largest = |range: [f64; 2]| range[0].abs().max(range[1].abs());
-        let errors = Errors {
-            x: self.screen_error(largest(extent.x), self.norms.x, position_error, w),
-            y: self.screen_error(largest(extent.y), self.norms.y, position_error, w),
-            depth: position_error * self.norms.depth / w,
-            relative_depth: position_error * self.norms.w / w,
-        };
-        ProjectedBox::new(footprint, corners, mirrored, errors)
+        ProjectedBox::new(footprint, on_screen, b.slabs)
     }
 
     /// How far a vertex may be drawn from where its position, off by `position_error`, projects to, in sub-pixels: along

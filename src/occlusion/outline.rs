@@ -1,12 +1,7 @@
-//! The question of a box: is it hidden at each sample inside its outline?
-//!
-//! It asks the same two tests as the question of a rectangle (HOM §3.1), over fewer samples and with a farther depth at
-//! most of them: do the occluders cover the outline ([`Strip::is_covered`](antumbra_simd::outline::Strip::is_covered)),
-//! and is each face of the box behind them ([`Faces::are_behind`])? Row of tiles by row of tiles, so that the outline's
-//! samples are found once for both.
+//! The question of a box: is it hidden at each sample inside its outline? See [`antumbra_simd::closer`].
 
-use antumbra_simd::TILE_SIZE;
-use antumbra_simd::faces::{Faces, RowLayers};
+use antumbra_simd::closer::{self, LayeredTiles};
+use antumbra_simd::faces::Faces;
 use antumbra_simd::outline::Outline;
 
 use super::Accuracy;
@@ -21,18 +16,21 @@ pub fn is_outline_hidden(
     accuracy: Accuracy,
     is_covered: bool,
 ) -> bool {
-    let across = tiles.size().tiles_across();
+    let layered = layered(tiles);
     let ignored = accuracy.ignored_per_cell();
-    (outline.y[0] / TILE_SIZE..=outline.y[1] / TILE_SIZE).all(|tile_y| {
-        let start = tile_y as usize * across;
-        let row = start..start + across;
-        let strip = outline.strip(tile_y);
-        let layers = RowLayers {
-            far: &tiles.depths()[row.clone()],
-            near_samples: &tiles.near_samples()[row.clone()],
-            near: &tiles.near_depths()[row.clone()],
-        };
-        (is_covered || strip.is_covered(&tiles.coverage()[row], ignored))
-            && faces.are_behind(&strip, tile_y, layers)
-    })
+    if ignored == 0 {
+        return closer::is_outline_hidden(tiles.level(), layered, outline, faces);
+    }
+    closer::is_outline_hidden_plain(layered, outline, faces, ignored, is_covered)
+}
+
+/// What closer questions read.
+pub(super) fn layered(tiles: &TileBuffer) -> LayeredTiles<'_> {
+    LayeredTiles {
+        coverage: tiles.coverage(),
+        far: tiles.depths(),
+        near_samples: tiles.near_samples(),
+        near: tiles.near_depths(),
+        across: tiles.size().tiles_across(),
+    }
 }

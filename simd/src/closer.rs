@@ -1,0 +1,632 @@
+//! The closer question of a box: is it hidden at each sample inside its outline?
+//!
+//! It asks the same two tests as the question of a rectangle (HOM §3.1), over fewer samples and with a farther depth at
+//! most of them: do the occluders cover the outline ([`Strip::is_covered`](crate::outline::Strip::is_covered)), and is
+//! each face of the box behind them ([`Faces::are_behind`])? Row of tiles by row of tiles, so that the outline's samples
+//! are found once for both. The plain form is the definition; the vector form answers both for the parts of several
+//! tiles at once:
+//!
+//! * **Masks** come from the ends of eight rows, as in [`crate::fill`].
+//! * **Depth.** First the nearest corner is compared, then each face where the samples of a part get nearest to it. The
+//!   rectangle around a part's samples is found in the bits of their mask: fold four rows into one for the columns, and
+//!   read the highest bit off a float's exponent.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, dispatch, f64x8, i16x8, u8x16};
+
+use crate::boxes::BoxView;
+use crate::faces::{Faces, RowLayers};
+use crate::outline::{Outline, OutlineEdge};
+use crate::projected::{CornerBox, OnScreen};
+use crate::query::Rectangle;
+use crate::{Level, PART_HEIGHT, PARTS_PER_TILE, TILE_SIZE};
+
+/// What closer questions read of a picture's tiles; see [`crate::tile`].
+#[derive(Clone, Copy, Debug)]
+pub struct LayeredTiles<'a> {
+    /// The covered samples of each tile.
+    pub coverage: &'a [u64],
+    /// The depths of each tile's parts: of their far layers.
+    pub far: &'a [[f32; PARTS_PER_TILE]],
+    /// The samples of each tile's near layers.
+    pub near_samples: &'a [u64],
+    /// The depths of each tile's near layers. Unspecified where a part has no sample in its near layer.
+    pub near: &'a [[f32; PARTS_PER_TILE]],
+    /// Tiles in a row.
+    pub across: usize,
+}
+
+impl LayeredTiles<'_> {
+    /// Whether a sample is covered by something strictly nearer than `depth`.
+    #[inline]
+    pub fn is_nearer(&self, column: i32, row: i32, depth: f32) -> bool {
+        let tile = (row / TILE_SIZE) as usize * self.across + (column / TILE_SIZE) as usize;
+        let sample = 1_u64 << (row % TILE_SIZE * TILE_SIZE + column % TILE_SIZE);
+        let part = (row % TILE_SIZE / PART_HEIGHT) as usize;
+        let layer = if self.near_samples[tile] & sample != 0 {
+            self.near[tile][part]
+        } else {
+            self.far[tile][part]
+        };
+        self.coverage[tile] & sample != 0 && depth < layer
+    }
+}
+
+/// Whether all samples of an outline, within the picture, are covered, and what is behind `faces` there is strictly
+/// farther than what covers them.
+pub fn is_outline_hidden(
+    level: Level,
+    tiles: LayeredTiles<'_>,
+    outline: &Outline,
+    faces: &Faces,
+) -> bool {
+    match level.token() {
+        None => is_outline_hidden_plain(tiles, outline, faces, 0, false),
+        Some(token) => {
+            dispatch!(token, simd => is_outline_hidden_vector(simd, tiles, outline, faces))
+        }
+    }
+}
+
+/// The plain form, also where up to `ignored` samples of each tile may be uncovered, or where `is_covered` says that the
+/// coverage is known.
+pub fn is_outline_hidden_plain(
+    tiles: LayeredTiles<'_>,
+    outline: &Outline,
+    faces: &Faces,
+    ignored: u32,
+    is_covered: bool,
+) -> bool {
+    (outline.y[0] / TILE_SIZE..=outline.y[1] / TILE_SIZE).all(|tile_y| {
+        let start = tile_y as usize * tiles.across;
+        let row = start..start + tiles.across;
+        let strip = outline.strip(tile_y);
+        let layers = RowLayers {
+            far: &tiles.far[row.clone()],
+            near_samples: &tiles.near_samples[row.clone()],
+            near: &tiles.near[row.clone()],
+        };
+        (is_covered || strip.is_covered(&tiles.coverage[row], ignored))
+            && faces.are_behind(&strip, tile_y, layers)
+    })
+}
+
+/// Whether all of something inside a box is hidden at each sample inside the box's outline. It is known to be drawn
+/// within `rectangle`, and nowhere nearer than that says.
+pub fn is_box_hidden(
+    level: Level,
+    view: &BoxView,
+    tiles: LayeredTiles<'_>,
+    b: &CornerBox,
+    rectangle: Rectangle,
+) -> bool {
+    match level.token() {
+        None => is_box_hidden_plain(view, tiles, b, rectangle),
+        Some(token) => {
+            dispatch!(token, simd => is_box_hidden_vector(simd, view, tiles, b, rectangle))
+        }
+    }
+}
+
+fn is_box_hidden_plain(
+    view: &BoxView,
+    tiles: LayeredTiles<'_>,
+    b: &CornerBox,
+    rectangle: Rectangle,
+) -> bool {
+    let Some((on_screen, extent)) = OnScreen::new(view, b) else {
+        return false;
+    };
+    let Some(rectangle) = on_screen.within(&extent, rectangle) else {
+        return true;
+    };
+    let (outline, faces) = (on_screen.outline(rectangle), on_screen.faces(rectangle));
+    is_outline_hidden_plain(tiles, &outline, &faces, 0, false)
+}
+
+#[inline(always)]
+fn is_box_hidden_vector<S: Simd>(
+    simd: S,
+    view: &BoxView,
+    tiles: LayeredTiles<'_>,
+    b: &CornerBox,
+    rectangle: Rectangle,
+) -> bool {
+    let Some((on_screen, extent)) = OnScreen::new(view, b) else {
+        return false;
+    };
+    let Some(rectangle) = on_screen.within(&extent, rectangle) else {
+        return true;
+    };
+    let (outline, faces) = (on_screen.outline(rectangle), on_screen.faces(rectangle));
+    is_outline_hidden_vector(simd, tiles, &outline, &faces)
+}
+
+#[inline(always)]
+fn is_outline_hidden_vector<S: Simd>(
+    simd: S,
+    tiles: LayeredTiles<'_>,
+    outline: &Outline,
+    faces: &Faces,
+) -> bool {
+    if tiles.across < S::f64s::LEN {
+        // A picture narrower than a vector.
+        return is_outline_hidden_plain(tiles, outline, faces, 0, false);
+    }
+    let question = Question::new(simd, tiles, outline, faces);
+    for tile_y in outline.y[0] / TILE_SIZE..=outline.y[1] / TILE_SIZE {
+        if !question.is_strip_hidden(tile_y) {
+            return false;
+        }
+    }
+    true
+}
+
+/// What stays the same from strip to strip. A vector holds the parts of `S::f64s::LEN` tiles.
+struct Question<'a, S: Simd> {
+    simd: S,
+    outline: &'a Outline,
+    faces: &'a Faces,
+    coverage: &'a [u32],
+    far: &'a [f32],
+    near_samples: &'a [u32],
+    near: &'a [f32],
+    across: usize,
+    nearest: S::f32s,
+    /// Byte `i`: the lowest `i` bits set.
+    low_bits: S::u8s,
+    /// Byte `i`: the column of the tile that byte `i` of a mask belongs to.
+    tile_column: S::u8s,
+    /// The first column of a part, and its first row, relative to the first tile of a vector.
+    part_column: S::f32s,
+    part_row: S::f32s,
+    row_numbers: f64x8<S>,
+}
+
+impl<'a, S: Simd> Question<'a, S> {
+    #[inline(always)]
+    fn new(simd: S, tiles: LayeredTiles<'a>, outline: &'a Outline, faces: &'a Faces) -> Self {
+        Question {
+            simd,
+            outline,
+            faces,
+            coverage: bytemuck::cast_slice(tiles.coverage),
+            far: tiles.far.as_flattened(),
+            near_samples: bytemuck::cast_slice(tiles.near_samples),
+            near: tiles.near.as_flattened(),
+            across: tiles.across,
+            nearest: S::f32s::splat(simd, faces.nearest()),
+            low_bits: S::u8s::block_splat(u8x16::from_fn(simd, |i| {
+                (0xff_u16 >> (8 - i.min(8))) as u8
+            })),
+            tile_column: S::u8s::from_fn(simd, |i| (i & !7) as u8),
+            part_column: S::f32s::from_fn(simd, |i| {
+                (i / PARTS_PER_TILE * TILE_SIZE as usize) as f32
+            }),
+            part_row: S::f32s::from_fn(simd, |i| {
+                (i % PARTS_PER_TILE * PART_HEIGHT as usize) as f32
+            }),
+            row_numbers: f64x8::from_fn(simd, |i| i as f64),
+        }
+    }
+
+    #[inline(always)]
+    fn is_strip_hidden(&self, tile_y: i32) -> bool {
+        let simd = self.simd;
+        let tiles = S::f64s::LEN;
+        let row = tile_y as usize * self.across;
+        // Where a box is not hidden as a whole, much of it may be, without a look at the outline.
+        let [mut tile, mut last] = self.outline.x.map(|x| (x / TILE_SIZE) as usize);
+        while self.is_before(row, tile) {
+            tile += tiles;
+            if tile > last {
+                return true;
+            }
+        }
+        let [first, end] = self.spans(tile_y * TILE_SIZE);
+        let least = least_of(simd, first);
+        let largest = -least_of(simd, -end);
+        if least >= largest {
+            return true;
+        }
+        tile = tile.max(least as usize / TILE_SIZE as usize);
+        last = (largest as usize - 1) / TILE_SIZE as usize;
+        let [first, end] = [self.to_short(first), self.to_short(end)];
+        while tile <= last {
+            let start = tile.min(self.across - tiles);
+            let mask = self.mask(first, end, start, tile);
+            if !self.are_parts_hidden(mask, row, start, tile_y) {
+                return false;
+            }
+            tile += tiles;
+        }
+        true
+    }
+
+    /// Whether a vector's tiles are covered and everywhere strictly nearer than the box's nearest corner.
+    #[inline(always)]
+    fn is_before(&self, row: usize, tile: usize) -> bool {
+        let at = (row + tile.min(self.across - S::f64s::LEN)) * PARTS_PER_TILE;
+        let range = at..at + S::u32s::LEN;
+        let coverage = S::u32s::from_slice(self.simd, &self.coverage[range.clone()]);
+        let far = S::f32s::from_slice(self.simd, &self.far[range]);
+        let full = coverage.simd_eq(S::u32s::splat(self.simd, u32::MAX));
+        (full & far.simd_gt(self.nearest)).all_true()
+    }
+
+    /// The first column inside the outline in each of eight rows, and the first one outside after it; 2¹⁵ − 1 and 0
+    /// where there is none.
+    #[inline(always)]
+    fn spans(&self, y: i32) -> [f64x8<S>; 2] {
+        let simd = self.simd;
+        let rows = self.row_numbers + f64::from(y);
+        let x = self.outline.x.map(f64::from);
+        let mut first = f64x8::splat(simd, x[0]);
+        let mut last = f64x8::splat(simd, x[1]);
+        for &OutlineEdge { slope, offset } in self.outline.left.edges() {
+            first = first.max(rows * slope + offset);
+        }
+        for &OutlineEdge { slope, offset } in self.outline.right.edges() {
+            last = last.min(rows * slope + offset);
+        }
+        let (first, last) = (first.ceil(), last.floor());
+        let [top, bottom] = self.outline.y.map(f64::from);
+        let present = first.simd_le(last)
+            & rows.simd_ge(f64x8::splat(simd, top))
+            & rows.simd_le(f64x8::splat(simd, bottom));
+        [
+            present.select(first, f64x8::splat(simd, 32767.0)),
+            present.select(last + 1.0, f64x8::splat(simd, 0.0)),
+        ]
+    }
+
+    #[inline(always)]
+    fn to_short(&self, v: f64x8<S>) -> i16x8<S> {
+        let simd = self.simd;
+        let (low, high) = simd.split_f64x8(v);
+        let (low, high) = simd.split_i32x8(simd.cvt_i32_f32x8(low.narrow(high)));
+        low.narrow(high)
+    }
+
+    /// The samples of the tiles from `start`; none left of tile `from`.
+    #[inline(always)]
+    fn mask(&self, first: i16x8<S>, end: i16x8<S>, start: usize, from: usize) -> S::u32s {
+        let before = self.bits_below(first, start, from - start);
+        let until = self.bits_below(end, start, 0);
+        (until & !before).bitcast()
+    }
+
+    /// For each row of the tiles from `start`: the columns before `v`, and all of those of the first `skip` tiles.
+    #[inline(always)]
+    fn bits_below(&self, v: i16x8<S>, start: usize, skip: usize) -> S::u8s {
+        let simd = self.simd;
+        let column = i16x8::splat(simd, (start * TILE_SIZE as usize) as i16);
+        let least = i16x8::splat(simd, (skip * TILE_SIZE as usize) as i16);
+        let v = (v - column).max(least).min(i16x8::splat(simd, 64));
+        let bytes: u8x16<S> = v.narrow(v).bitcast();
+        let of_tile = S::u8s::block_splat(bytes)
+            .saturating_sub(self.tile_column)
+            .min(S::u8s::splat(simd, 8));
+        self.low_bits.swizzle_dyn_within_blocks(of_tile)
+    }
+
+    /// Whether the samples `mask` of the tiles from `start` in the row of tiles that begins at `row` are all hidden.
+    #[inline(always)]
+    fn are_parts_hidden(&self, mask: S::u32s, row: usize, start: usize, tile_y: i32) -> bool {
+        let simd = self.simd;
+        let none = S::u32s::splat(simd, 0);
+        let at = (row + start) * PARTS_PER_TILE;
+        let range = at..at + S::u32s::LEN;
+        let coverage = S::u32s::from_slice(simd, &self.coverage[range.clone()]);
+        if !(mask & !coverage).simd_eq(none).all_true() {
+            return false;
+        }
+        // The far layer's depth is the farthest of a part.
+        let far = S::f32s::from_slice(simd, &self.far[range.clone()]);
+        let open = far.simd_gt(self.nearest).select(none, mask);
+        if open.simd_eq(none).all_true() {
+            return true;
+        }
+        // Most parts are decided by the whole of them, which is quicker to ask than where their samples are.
+        let corner = [
+            (start as i32 * TILE_SIZE) as f32,
+            (tile_y * TILE_SIZE) as f32,
+        ];
+        let open = self.is_part_before(far, corner).select(none, open);
+        if open.simd_eq(none).all_true() {
+            return true;
+        }
+        let near_samples = S::u32s::from_slice(simd, &self.near_samples[range.clone()]);
+        let near = S::f32s::from_slice(simd, &self.near[range]);
+        let in_far = open & !near_samples;
+        let in_near = near.simd_gt(self.nearest).select(none, open & near_samples);
+        self.are_faces_behind(in_far, far, corner) && self.are_faces_behind(in_near, near, corner)
+    }
+
+    /// Whether some face is strictly farther than `depth` all over a part. A depth at one corner of a part is not farther
+    /// than at any sample, as its formula is monotone.
+    #[inline(always)]
+    fn is_part_before(&self, depth: S::f32s, corner: [f32; 2]) -> S::mask32s {
+        let x = self.part_column + corner[0];
+        let y = self.part_row + corner[1];
+        let (x0, x1) = x.widen();
+        let (y0, y1) = y.widen();
+        let mut behind = depth.simd_lt(depth);
+        for plane in self.faces.planes() {
+            let right = if plane.slope_x > 0.0 { 7.0 } else { 0.0 };
+            let lower = if plane.slope_y > 0.0 { 3.0 } else { 0.0 };
+            let at0 = ((x0 + right) * plane.slope_x + plane.depth) + (y0 + lower) * plane.slope_y;
+            let at1 = ((x1 + right) * plane.slope_x + plane.depth) + (y1 + lower) * plane.slope_y;
+            let nearest: S::f32s = at0.narrow(at1);
+            behind = behind | nearest.simd_lt(depth);
+        }
+        behind
+    }
+
+    /// Whether some face is strictly farther than `depth` at the samples `mask` of a layer of each part.
+    #[inline(always)]
+    fn are_faces_behind(&self, mask: S::u32s, depth: S::f32s, corner: [f32; 2]) -> bool {
+        let simd = self.simd;
+        let none = S::u32s::splat(simd, 0);
+        let mut behind = mask.simd_eq(none);
+        if behind.all_true() {
+            return true;
+        }
+        let columns = mask | mask >> 16;
+        let columns = (columns | columns >> 8) & 0xff;
+        let first_column = exponent::<S>(columns & (none - columns)) + self.part_column + corner[0];
+        let last_column = exponent::<S>(columns) + self.part_column + corner[0];
+        let first_row = first_row::<S>(mask) + self.part_row + corner[1];
+        let last_row = last_row::<S>(mask) + self.part_row + corner[1];
+        for plane in self.faces.planes() {
+            let x = if plane.slope_x > 0.0 {
+                last_column
+            } else {
+                first_column
+            };
+            let y = if plane.slope_y > 0.0 {
+                last_row
+            } else {
+                first_row
+            };
+            let (x0, x1) = x.widen();
+            let (y0, y1) = y.widen();
+            // In the order of operations of `FacePlane::at`.
+            let at0 = (x0 * plane.slope_x + plane.depth) + y0 * plane.slope_y;
+            let at1 = (x1 * plane.slope_x + plane.depth) + y1 * plane.slope_y;
+            let nearest: S::f32s = at0.narrow(at1);
+            behind = behind | nearest.simd_lt(depth);
+            if behind.all_true() {
+                return true;
+            }
+        }
+        false
+    }
+}
+
+/// The number of the highest bit of numbers from 1 to 2²⁴.
+#[inline(always)]
+fn exponent<S: Simd>(v: S::u32s) -> S::f32s {
+    let v: S::i32s = v.bitcast();
+    let v: S::f32s = v.to_float();
+    let bits: S::i32s = v.bitcast();
+    ((bits >> 23) - 127).to_float()
+}
+
+/// The first of four rows of eight bits each that has one set; some row does.
+#[inline(always)]
+fn first_row<S: Simd>(mask: S::u32s) -> S::f32s {
+    (is_zero::<S>(mask & 0xff) + is_zero::<S>(mask & 0xffff)) + is_zero::<S>(mask & 0x00ff_ffff)
+}
+
+/// The last of four rows of eight bits each that has one set; some row does.
+#[inline(always)]
+fn last_row<S: Simd>(mask: S::u32s) -> S::f32s {
+    let empty = (is_zero::<S>(mask >> 8) + is_zero::<S>(mask >> 16)) + is_zero::<S>(mask >> 24);
+    S::f32s::splat(mask.token(), 3.0) - empty
+}
+
+/// 1 where a number is 0, and 0 elsewhere.
+#[inline(always)]
+fn is_zero<S: Simd>(v: S::u32s) -> S::f32s {
+    let simd = v.token();
+    v.simd_eq(S::u32s::splat(simd, 0))
+        .select(S::f32s::splat(simd, 1.0), S::f32s::splat(simd, 0.0))
+}
+
+#[inline(always)]
+fn least_of<S: Simd>(simd: S, v: f64x8<S>) -> f64 {
+    let (low, high) = simd.split_f64x8(v);
+    let (low, high) = simd.split_f64x4(low.min(high));
+    let v = low.min(high);
+    if v[1] < v[0] { v[1] } else { v[0] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::faces::FacePlane;
+    use crate::tile::UNCOVERED;
+
+    struct Numbers(u64);
+
+    impl Numbers {
+        fn below(&mut self, count: u64) -> u64 {
+            self.0 = self
+                .0
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (self.0 >> 33) % count
+        }
+
+        fn one_of<T: Copy>(&mut self, of: &[T]) -> T {
+            of[self.below(of.len() as u64) as usize]
+        }
+
+        fn range(&mut self, limit: i32) -> [i32; 2] {
+            let (a, b) = (
+                self.below(limit as u64) as i32,
+                self.below(limit as u64) as i32,
+            );
+            [a.min(b), a.max(b)]
+        }
+    }
+
+    #[derive(Default)]
+    struct Picture {
+        coverage: Vec<u64>,
+        far: Vec<[f32; 2]>,
+        near_samples: Vec<u64>,
+        near: Vec<[f32; 2]>,
+        across: usize,
+    }
+
+    impl Picture {
+        /// Most parts hide everything; some have holes, near layers of all shapes, depths that come close.
+        fn any(numbers: &mut Numbers, across: usize, down: usize) -> Picture {
+            let mut picture = Picture {
+                across,
+                ..Picture::default()
+            };
+            let rare = numbers.one_of(&[2, 8, 40, 200]);
+            for _ in 0..across * down {
+                let (mut far, mut near, mut near_samples) = ([2.0; 2], [UNCOVERED; 2], 0);
+                for part in 0..2 {
+                    if numbers.below(rare) == 0 {
+                        far[part] = numbers.one_of(&[0.125, 0.375, 0.5, 0.625]);
+                        if numbers.below(2) == 0 {
+                            near[part] = far[part] + 0.25 + numbers.below(3) as f32 * 0.25;
+                            let samples = [0xff_u64 << 8, 0x0f0f_0f0f, 0xaaaa_aaaa, 0xff00_0000, 1];
+                            near_samples |= numbers.one_of(&samples) << (32 * part);
+                        }
+                    }
+                }
+                let hole = if numbers.below(8 * rare) == 0 {
+                    1 << numbers.below(64)
+                } else {
+                    0
+                };
+                picture.coverage.push(!hole);
+                picture.far.push(far);
+                picture.near_samples.push(near_samples);
+                picture.near.push(near);
+            }
+            picture
+        }
+
+        fn tiles(&self) -> LayeredTiles<'_> {
+            LayeredTiles {
+                coverage: &self.coverage,
+                far: &self.far,
+                near_samples: &self.near_samples,
+                near: &self.near,
+                across: self.across,
+            }
+        }
+    }
+
+    fn any_outline(numbers: &mut Numbers, width: i32, height: i32) -> Outline {
+        let mut outline = Outline::of_rectangle(numbers.range(width), numbers.range(height));
+        for _ in 0..numbers.below(7) {
+            let slope = (numbers.below(65) as f64 - 32.0) * numbers.one_of(&[0.125, 1.0, 2048.0]);
+            let x = numbers.below(width as u64) as f64 + numbers.one_of(&[0.0, 0.5, -0.25]);
+            let offset = x - slope * numbers.below(height as u64) as f64;
+            let edge = OutlineEdge { slope, offset };
+            if (slope < 0.0) == (numbers.below(4) > 0) {
+                outline.left.push(edge);
+            } else {
+                outline.right.push(edge);
+            }
+        }
+        outline
+    }
+
+    fn any_faces(numbers: &mut Numbers, width: i32, height: i32) -> Faces {
+        let mut faces = Faces::new(0.25 + numbers.below(4) as f32 * 0.25);
+        for _ in 0..numbers.below(4) {
+            let mut slope = || {
+                let steep = numbers.one_of(&[1.0 / 1024.0, 1.0 / 65536.0, 1e9]);
+                (numbers.below(129) as f64 - 64.0) * steep
+            };
+            let (slope_x, slope_y) = (slope(), slope());
+            let (x, y) = (
+                numbers.below(width as u64) as f64,
+                numbers.below(height as u64) as f64,
+            );
+            faces.push(FacePlane {
+                slope_x,
+                slope_y,
+                depth: numbers.below(5) as f64 * 0.25 - slope_x * x - slope_y * y,
+            });
+        }
+        faces
+    }
+
+    #[test]
+    fn every_level_gives_the_same_answer() {
+        let mut numbers = Numbers(3);
+        let mut count = [0; 2];
+        for _ in 0..400 {
+            let across = numbers.one_of(&[1, 2, 3, 4, 5, 7, 8, 9, 16, 21, 40]);
+            let down = 1 + numbers.below(12) as usize;
+            let picture = Picture::any(&mut numbers, across, down);
+            let size =
+                |tiles: usize, numbers: &mut Numbers| 8 * tiles as i32 - numbers.below(8) as i32;
+            let (width, height) = (size(across, &mut numbers), size(down, &mut numbers));
+            for _ in 0..100 {
+                let outline = any_outline(&mut numbers, width, height);
+                let faces = any_faces(&mut numbers, width, height);
+                let tiles = picture.tiles();
+                let expected = is_outline_hidden(Level::Scalar, tiles, &outline, &faces);
+                for &level in Level::available() {
+                    let answer = is_outline_hidden(level, tiles, &outline, &faces);
+                    assert_eq!(answer, expected, "{level}: {outline:?} {faces:?}");
+                }
+                count[usize::from(expected)] += 1;
+            }
+        }
+        assert!(count[0] > 4_000 && count[1] > 4_000, "{count:?}");
+    }
+
+    /// The rectangle around a part's samples is found in the bits of its mask.
+    #[test]
+    fn every_level_finds_the_rectangle_of_a_layer() {
+        let mut numbers = Numbers(5);
+        let mut count = [0; 2];
+        for _ in 0..20_000 {
+            let near_samples = (0..3).fold(u64::MAX, |m, _| {
+                m & (numbers.below(1 << 31) | numbers.below(1 << 31) << 31 | numbers.below(4) << 62)
+            });
+            let picture = Picture {
+                coverage: vec![u64::MAX; 8],
+                far: vec![[0.0; 2]; 8],
+                near_samples: vec![near_samples; 8],
+                near: vec![[0.5; 2]; 8],
+                across: 8,
+            };
+            // All that is not in the near layer is behind as well, if the plane is lowered enough.
+            let mut faces = Faces::new(1.0);
+            let mut slope = || (numbers.below(17) as f64 - 8.0) / 64.0;
+            let (slope_x, slope_y) = (slope(), slope());
+            let depth = (numbers.below(256) as f64 - 224.0) / 64.0;
+            faces.push(FacePlane {
+                slope_x,
+                slope_y,
+                depth,
+            });
+            let mut outline = Outline::of_rectangle(numbers.range(64), numbers.range(8));
+            outline.left.push(OutlineEdge {
+                slope: 0.0,
+                offset: numbers.below(60) as f64,
+            });
+            let tiles = picture.tiles();
+            let expected = is_outline_hidden(Level::Scalar, tiles, &outline, &faces);
+            for &level in Level::available() {
+                let answer = is_outline_hidden(level, tiles, &outline, &faces);
+                assert_eq!(answer, expected, "{level}: {outline:?} {faces:?}");
+            }
+            count[usize::from(expected)] += 1;
+        }
+        assert!(count[0] > 4_000 && count[1] > 4_000, "{count:?}");
+    }
+}

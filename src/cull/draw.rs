@@ -21,6 +21,9 @@ const OBJECTS_PER_BATCH: usize = 16;
 /// drawn, and most of the others need not be asked one by one.
 const BATCHES_BEFORE_LOOK: usize = 8;
 
+/// An occluder with so many triangles is asked a second time, by its outline and faces, before it is drawn.
+const WORTH_ASKING_CLOSELY: u32 = 24;
+
 /// A thread that draws alone fills when it has this many blocks, while they are still in its nearest cache.
 const BLOCKS_PER_FLUSH: usize = 12;
 
@@ -134,6 +137,7 @@ pub fn draw_occluders(
         let batch = &memory.batch;
         ask(
             scene,
+            occluders,
             batch,
             settings.level,
             buffer,
@@ -179,6 +183,7 @@ pub fn draw_occluders(
 /// Whether objects are hidden behind what is drawn so far. On one thread: a batch has too few to share out.
 fn ask(
     scene: &Scene,
+    occluders: &Occluders,
     batch: &[u32],
     level: Level,
     buffer: &OcclusionBuffer,
@@ -199,7 +204,11 @@ fn ask(
                 let has_proxy = scene.objects()[object as usize].occluder_proxy.is_some();
                 if has_proxy && footprint == Footprint::Unbounded {
                     Answer::CutOpen
-                } else if buffer.hides(footprint, Covered::Samples) {
+                } else if buffer.hides(footprint, Covered::Samples)
+                    || occluders.triangles_of(object) >= WORTH_ASKING_CLOSELY
+                        && buffer
+                            .hides_aabb_closely(&scene.bounds()[object as usize], footprint)
+                {
                     Answer::Hidden
                 } else {
                     Answer::Visible

@@ -91,11 +91,11 @@ impl OnScreen {
             return None;
         }
         let mut seen = [[false; 2]; 3];
-        for axis in 0..3 {
-            for side in 0..2 {
+        for (axis, seen) in seen.iter_mut().enumerate() {
+            for (side, seen) in seen.iter_mut().enumerate() {
                 let [q0, q1, q2, q3] = face(axis, side);
                 let area = (x[q3] - x[q0]) * (y[q2] - y[q1]) - (x[q2] - x[q1]) * (y[q3] - y[q0]);
-                seen[axis][side] = if (side == 1) == b.mirrored {
+                *seen = if (side == 1) == b.mirrored {
                     area > 0.0
                 } else {
                     area < 0.0

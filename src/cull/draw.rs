@@ -206,8 +206,7 @@ fn ask(
                     Answer::CutOpen
                 } else if buffer.hides(footprint, Covered::Samples)
                     || occluders.triangles_of(object) >= WORTH_ASKING_CLOSELY
-                        && buffer
-                            .hides_aabb_closely(&scene.bounds()[object as usize], footprint)
+                        && buffer.hides_aabb_closely(&scene.bounds()[object as usize], footprint)
                 {
                     Answer::Hidden
                 } else {

@@ -367,7 +367,7 @@ fn project_lanes<S: Simd>(
         & x.abs().simd_le(band)
         & y.abs().simd_le(band);
     if t.far_depth != f64::NEG_INFINITY {
-        inside = inside & depth.simd_ge(w * t.far_depth);
+        inside &= depth.simd_ge(w * t.far_depth);
     }
     vertices.inside |= u128::from(inside.to_bitmask()) << at;
     let inverse = S::f64s::splat(simd, 1.0) / w;

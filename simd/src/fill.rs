@@ -6,7 +6,7 @@
 //! * **Masks.** The spans of a strip of eight rows are eight bytes for either end. A tile's mask is two table look-ups of
 //!   those bytes, less the tile's own column, and an AND: for as many tiles at once as a vector has groups of eight bytes.
 //! * **Layers.** A part's mask is 32 bits and its depth an f32, so a vector of either holds the parts of two, four or
-//!   eight tiles. The cases of [`merge`] become a sort of three layers by selection ([`Layers::merge`]).
+//!   eight tiles. The cases of [`merge`] become a sort of three layers by selection.
 //! * **Nothing to do.** Where every sample is covered by layers that are nearer, the tiles stay as they are.
 
 use fearless_simd::prelude::*;

@@ -4,7 +4,7 @@
 //! `A > 0`, and the first one not covered where `A < 0`. At whole columns and rows `A·x + B·y + C` is an integer, so `v`
 //! is at least `½/|A|` away from any column, and rounding that is smaller than this cannot move the ceiling.
 //!
-//! With [`Edge`](crate::triangle::Edge)'s coefficients, exact in f64, `slope·y + at_zero` is off by at most six roundings
+//! With [`Edge`]'s coefficients, exact in f64, `slope·y + at_zero` is off by at most six roundings
 //! of numbers up to `(|B|·|y| + |C| + 1)/|A|` in size. `|B| ≤ 2²⁴`, `|y| ≤ 2¹⁵` and `|C| ≤ 2⁴²`: by less than `2⁻⁸/|A|`.
 //! A horizontal edge takes `A = 2⁻³⁰` and crosses every row beyond all columns, on the side that says whether the row is
 //! inside.

@@ -33,6 +33,9 @@ impl Chance {
     }
 }
 
+/// Coverage, depths, near samples, and the near depths of parts that have any.
+type TileBits = (u64, [u32; 2], u64, [Option<u32>; 2]);
+
 /// A picture's tiles.
 #[derive(Clone, Debug)]
 struct Picture {
@@ -81,7 +84,7 @@ impl Picture {
     }
 
     /// The bits of all that means something.
-    fn bits(&self) -> Vec<(u64, [u32; 2], u64, [Option<u32>; 2])> {
+    fn bits(&self) -> Vec<TileBits> {
         (0..self.coverage.len())
             .map(|t| {
                 let near_samples = self.near_samples[t];

@@ -107,6 +107,10 @@ pub struct Drawn<'a> {
 }
 
 /// Draws candidates in their order, as far as the budget goes, each asked first.
+#[expect(
+    clippy::too_many_arguments,
+    reason = "the parts of a culler, apart so that each can be borrowed"
+)]
 pub fn draw_occluders(
     scene: &Scene,
     occluders: &Occluders,
@@ -237,7 +241,7 @@ fn ask_clusters(
     memory.footprints.clear();
     screen.footprints_of_local_boxes(
         level,
-        &screen.from_local(&placed.world_from_local),
+        &screen.screen_from_local(&placed.world_from_local),
         &scene.bounds()[object as usize],
         mesh.clusters().iter().map(Cluster::bounds),
         &mut memory.footprints,
@@ -298,7 +302,7 @@ impl Worker {
             return;
         };
         let place = &object.world_from_local;
-        let screen = buffer.screen().from_local(place);
+        let screen = buffer.screen().screen_from_local(place);
         let single_sided = if is_mirroring(place) {
             CullMode::Front
         } else {

@@ -111,7 +111,7 @@ impl Screen {
     }
 
     /// The transform from local coordinates to the screen.
-    pub(crate) fn from_local(&self, world_from_local: &DAffine3) -> ScreenTransform {
+    pub(crate) fn screen_from_local(&self, world_from_local: &DAffine3) -> ScreenTransform {
         self.camera.screen_from_local(self.size, world_from_local)
     }
 

@@ -1,7 +1,7 @@
 //! Whether a rectangle of samples lies behind what tiles show: the first and quickest question.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch};
+use fearless_simd::{Simd, dispatch, u8x16};
 
 use crate::coverage::{PART_MASKS, rectangle_mask};
 use crate::{Level, PARTS_PER_TILE, TILE_SIZE};
@@ -109,8 +109,9 @@ fn is_behind_all_vector<S: Simd>(
     let none = S::u32s::splat(simd, 0);
     let depth = S::f32s::splat(simd, nearest);
     let whole = S::u32s::splat(simd, u32::MAX);
-    // Lane by lane: the column of its tile, its part.
-    let column = S::i32s::from_fn(simd, |i| (i / PARTS_PER_TILE) as i32 * TILE_SIZE);
+    // Byte by byte of a mask: the column of its tile; lane by lane: its part.
+    let tile_column = S::u8s::from_fn(simd, |i| (i & !7) as u8);
+    let low_bits = S::u8s::block_splat(u8x16::from_fn(simd, |i| (0xff_u16 >> (8 - i.min(8))) as u8));
     let part = S::u32s::from_fn(simd, |i| 0_u32.wrapping_sub((i % PARTS_PER_TILE) as u32));
     for tile_y in y[0] / TILE_SIZE..=y[1] / TILE_SIZE {
         let above = (y[0] - tile_y * TILE_SIZE).max(0);
@@ -123,10 +124,11 @@ fn is_behind_all_vector<S: Simd>(
         let mut tile = first;
         while tile <= last {
             let start = tile.min(tiles.across - per_vector);
-            let from = column + (start as i32 * TILE_SIZE);
-            let skip = S::i32s::splat(simd, x[0]) - from;
-            let keep = S::i32s::splat(simd, x[1] + 1) - from;
-            let columns = bits_below::<S>(simd, keep) & !bits_below::<S>(simd, skip);
+            // Within the vector's tiles, of which there are at most eight.
+            let from = start as i32 * TILE_SIZE;
+            let skip = bits_below::<S>(simd, (x[0] - from).max(0), tile_column, low_bits);
+            let keep = bits_below::<S>(simd, (x[1] + 1 - from).min(64), tile_column, low_bits);
+            let columns: S::u32s = (keep & !skip).bitcast();
             let mut mask = columns & rows;
             if covered == Covered::Parts {
                 mask = mask.simd_eq(none).select(none, whole);
@@ -144,15 +146,11 @@ fn is_behind_all_vector<S: Simd>(
     true
 }
 
-/// Four rows of eight bits each: those of the columns below `v`.
+/// For each row of some tiles: the columns below `v`, which counts from the first tile, 0 to 64.
 #[inline(always)]
-fn bits_below<S: Simd>(simd: S, v: S::i32s) -> S::u32s {
-    let eight = S::i32s::splat(simd, 8);
-    let zero = S::i32s::splat(simd, 0);
-    let v = v.max(zero).min(eight);
-    // 2^v from the exponent of a float: shifts by lane are slow where there are none.
-    let power: S::f32s = ((v + 127) << 23).bitcast();
-    let bits: S::i32s = power.to_int();
-    let bits: S::u32s = (bits - 1).bitcast();
-    bits * 0x0101_0101
+fn bits_below<S: Simd>(simd: S, v: i32, tile_column: S::u8s, low_bits: S::u8s) -> S::u8s {
+    let of_tile = S::u8s::splat(simd, v as u8)
+        .saturating_sub(tile_column)
+        .min(S::u8s::splat(simd, 8));
+    low_bits.swizzle_dyn_within_blocks(of_tile)
 }

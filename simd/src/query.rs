@@ -4,7 +4,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, u8x16};
 
 use crate::coverage::{PART_MASKS, rectangle_mask};
-use crate::{Level, PARTS_PER_TILE, TILE_SIZE};
+use crate::{Level, PART_HEIGHT, PARTS_PER_TILE, TILE_SIZE};
 
 /// What questions read of a picture's tiles.
 #[derive(Clone, Copy, Debug)]
@@ -56,10 +56,27 @@ pub fn is_behind_all(
 ) -> bool {
     match level.token() {
         None => is_behind_all_plain(tiles, rectangle, covered),
+        // Most boxes that are seen are seen at one of a few samples.
+        Some(_) if !is_behind_some(tiles, rectangle) => false,
         Some(token) => {
             dispatch!(token, simd => is_behind_all_vector(simd, tiles, rectangle, covered))
         }
     }
+}
+
+/// Whether a rectangle is hidden at its middle and at four samples around it: no other can be hidden everywhere.
+#[inline]
+fn is_behind_some(tiles: Tiles<'_>, Rectangle { x, y, nearest }: Rectangle) -> bool {
+    let part_of = |s: [i32; 2], eighths: i32| s[0] + (s[1] - s[0]) * eighths / 8;
+    [(4, 4), (1, 7), (7, 1), (1, 1), (7, 7)]
+        .into_iter()
+        .all(|(across, down)| {
+            let (x, y) = (part_of(x, across), part_of(y, down));
+            let tile = (y / TILE_SIZE) as usize * tiles.across + (x / TILE_SIZE) as usize;
+            let (column, row) = (x % TILE_SIZE, y % TILE_SIZE);
+            tiles.coverage[tile] >> (TILE_SIZE * row + column) & 1 == 1
+                && nearest < tiles.depths[tile][(row / PART_HEIGHT) as usize]
+        })
 }
 
 fn is_behind_all_plain(tiles: Tiles<'_>, rectangle: Rectangle, covered: Covered) -> bool {
@@ -111,7 +128,8 @@ fn is_behind_all_vector<S: Simd>(
     let whole = S::u32s::splat(simd, u32::MAX);
     // Byte by byte of a mask: the column of its tile; lane by lane: its part.
     let tile_column = S::u8s::from_fn(simd, |i| (i & !7) as u8);
-    let low_bits = S::u8s::block_splat(u8x16::from_fn(simd, |i| (0xff_u16 >> (8 - i.min(8))) as u8));
+    let low_bits =
+        S::u8s::block_splat(u8x16::from_fn(simd, |i| (0xff_u16 >> (8 - i.min(8))) as u8));
     let part = S::u32s::from_fn(simd, |i| 0_u32.wrapping_sub((i % PARTS_PER_TILE) as u32));
     for tile_y in y[0] / TILE_SIZE..=y[1] / TILE_SIZE {
         let above = (y[0] - tile_y * TILE_SIZE).max(0);

@@ -12,13 +12,14 @@
 //!   read the highest bit off a float's exponent.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch, f64x8, i16x8, u8x16};
+use fearless_simd::{Simd, dispatch, f64x8, i16x8};
 
 use crate::boxes::BoxView;
 use crate::faces::{Faces, RowLayers};
 use crate::outline::{Outline, OutlineEdge};
 use crate::projected::{CornerBox, OnScreen};
 use crate::query::Rectangle;
+use crate::strip_masks::StripMasks;
 use crate::{Level, PART_HEIGHT, PARTS_PER_TILE, TILE_SIZE};
 
 /// What closer questions read of a picture's tiles; see [`crate::tile`].
@@ -173,10 +174,7 @@ struct Question<'a, S: Simd> {
     near: &'a [f32],
     across: usize,
     nearest: S::f32s,
-    /// Byte `i`: the lowest `i` bits set.
-    low_bits: S::u8s,
-    /// Byte `i`: the column of the tile that byte `i` of a mask belongs to.
-    tile_column: S::u8s,
+    masks: StripMasks<S>,
     /// The first column of a part, and its first row, relative to the first tile of a vector.
     part_column: S::f32s,
     part_row: S::f32s,
@@ -196,10 +194,7 @@ impl<'a, S: Simd> Question<'a, S> {
             near: tiles.near.as_flattened(),
             across: tiles.across,
             nearest: S::f32s::splat(simd, faces.nearest()),
-            low_bits: S::u8s::block_splat(u8x16::from_fn(simd, |i| {
-                (0xff_u16 >> (8 - i.min(8))) as u8
-            })),
-            tile_column: S::u8s::from_fn(simd, |i| (i & !7) as u8),
+            masks: StripMasks::new(simd),
             part_column: S::f32s::from_fn(simd, |i| {
                 (i / PARTS_PER_TILE * TILE_SIZE as usize) as f32
             }),
@@ -234,7 +229,7 @@ impl<'a, S: Simd> Question<'a, S> {
         let [first, end] = [self.to_short(first), self.to_short(end)];
         while tile <= last {
             let start = tile.min(self.across - tiles);
-            let mask = self.mask(first, end, start, tile);
+            let mask = self.masks.between(first, end, start, tile);
             if !self.are_parts_hidden(mask, row, start, tile_y) {
                 return false;
             }
@@ -286,28 +281,6 @@ impl<'a, S: Simd> Question<'a, S> {
         let (low, high) = simd.split_f64x8(v);
         let (low, high) = simd.split_i32x8(simd.cvt_i32_f32x8(low.narrow(high)));
         low.narrow(high)
-    }
-
-    /// The samples of the tiles from `start`; none left of tile `from`.
-    #[inline(always)]
-    fn mask(&self, first: i16x8<S>, end: i16x8<S>, start: usize, from: usize) -> S::u32s {
-        let before = self.bits_below(first, start, from - start);
-        let until = self.bits_below(end, start, 0);
-        (until & !before).bitcast()
-    }
-
-    /// For each row of the tiles from `start`: the columns before `v`, and all of those of the first `skip` tiles.
-    #[inline(always)]
-    fn bits_below(&self, v: i16x8<S>, start: usize, skip: usize) -> S::u8s {
-        let simd = self.simd;
-        let column = i16x8::splat(simd, (start * TILE_SIZE as usize) as i16);
-        let least = i16x8::splat(simd, (skip * TILE_SIZE as usize) as i16);
-        let v = (v - column).max(least).min(i16x8::splat(simd, 64));
-        let bytes: u8x16<S> = v.narrow(v).bitcast();
-        let of_tile = S::u8s::block_splat(bytes)
-            .saturating_sub(self.tile_column)
-            .min(S::u8s::splat(simd, 8));
-        self.low_bits.swizzle_dyn_within_blocks(of_tile)
     }
 
     /// Whether the samples `mask` of the tiles from `start` in the row of tiles that begins at `row` are all hidden.

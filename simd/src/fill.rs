@@ -10,9 +10,10 @@
 //! * **Nothing to do.** Where every sample is covered by layers that are nearer, the tiles stay as they are.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch, f64x8, i16x8, u8x16};
+use fearless_simd::{Simd, dispatch, f64x8, i16x8};
 
 use crate::spans::{SpanBlock, SpanTriangle};
+use crate::strip_masks::StripMasks;
 use crate::tile::{TileMut, UNCOVERED, merge};
 use crate::{Level, PART_HEIGHT, PARTS_PER_TILE, TILE_SIZE};
 
@@ -148,10 +149,7 @@ struct Filler<'a, S: Simd> {
     first_row: i32,
     rows: i32,
     across: usize,
-    /// Byte `i`: the lowest `i` bits set.
-    low_bits: S::u8s,
-    /// Byte `i`: the column of the tile that byte `i` of a mask belongs to.
-    tile_column: S::u8s,
+    masks: StripMasks<S>,
     /// The columns of the parts' tiles, two parts each: for the lower lanes of a vector of depths, and the upper ones.
     part_x: [S::f64s; 2],
     /// Whether a lane belongs to a lower part.
@@ -172,10 +170,7 @@ impl<'a, S: Simd> Filler<'a, S> {
             near: rows.near.as_flattened_mut(),
             first_row: rows.first_row,
             across: rows.across,
-            low_bits: S::u8s::block_splat(u8x16::from_fn(simd, |i| {
-                (0xff_u16 >> (8 - i.min(8))) as u8
-            })),
-            tile_column: S::u8s::from_fn(simd, |i| (i & !7) as u8),
+            masks: StripMasks::new(simd),
             part_x: [0, S::f64s::LEN].map(|first| {
                 S::f64s::from_fn(simd, |i| {
                     f64::from((first + i) as i32 / PARTS_PER_TILE as i32 * TILE_SIZE)
@@ -237,7 +232,7 @@ impl<'a, S: Simd> Filler<'a, S> {
         let [mut tile, last] = strip.tiles;
         loop {
             let start = tile.min(self.across - tiles);
-            let mask = self.mask(first, end, start, tile);
+            let mask = self.masks.between(first, end, start, tile);
             self.merge(strip, halves, mask, start);
             tile += tiles;
             if tile > last {
@@ -303,28 +298,6 @@ impl<'a, S: Simd> Filler<'a, S> {
             to_tile(lesser(first, t.x[1] + 8.0)),
             to_tile(greater(last, 0.0)),
         ]
-    }
-
-    /// The covered samples of the tiles from `start`; none left of tile `from`.
-    #[inline(always)]
-    fn mask(&self, first: i16x8<S>, end: i16x8<S>, start: usize, from: usize) -> S::u32s {
-        let before = self.bits_below(first, start, from - start);
-        let until = self.bits_below(end, start, 0);
-        (until & !before).bitcast()
-    }
-
-    /// For each row of the tiles from `start`: the columns before `v`, and all of those of the first `skip` tiles.
-    #[inline(always)]
-    fn bits_below(&self, v: i16x8<S>, start: usize, skip: usize) -> S::u8s {
-        let simd = self.simd;
-        let column = i16x8::splat(simd, (start * TILE_SIZE as usize) as i16);
-        let least = i16x8::splat(simd, (skip * TILE_SIZE as usize) as i16);
-        let v = (v - column).max(least).min(i16x8::splat(simd, 64));
-        let bytes: u8x16<S> = v.relaxed_narrow(v).bitcast();
-        let of_tile = S::u8s::block_splat(bytes)
-            .saturating_sub(self.tile_column)
-            .min(S::u8s::splat(simd, 8));
-        self.low_bits.swizzle_dyn_within_blocks(of_tile)
     }
 
     #[inline(always)]

@@ -39,6 +39,7 @@ pub mod projected;
 pub mod pyramid;
 pub mod query;
 pub mod spans;
+mod strip_masks;
 pub mod tile;
 pub mod triangle;
 pub mod vertex;

@@ -1,9 +1,10 @@
 //! Whether a rectangle of samples lies behind what tiles show: the first and quickest question.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch, u8x16};
+use fearless_simd::{Simd, dispatch};
 
 use crate::coverage::{PART_MASKS, rectangle_mask};
+use crate::strip_masks::StripMasks;
 use crate::{Level, PART_HEIGHT, PARTS_PER_TILE, TILE_SIZE};
 
 /// What questions read of a picture's tiles.
@@ -126,10 +127,8 @@ fn is_behind_all_vector<S: Simd>(
     let none = S::u32s::splat(simd, 0);
     let depth = S::f32s::splat(simd, nearest);
     let whole = S::u32s::splat(simd, u32::MAX);
-    // Byte by byte of a mask: the column of its tile; lane by lane: its part.
-    let tile_column = S::u8s::from_fn(simd, |i| (i & !7) as u8);
-    let low_bits =
-        S::u8s::block_splat(u8x16::from_fn(simd, |i| (0xff_u16 >> (8 - i.min(8))) as u8));
+    // Lane by lane: its part.
+    let masks = StripMasks::new(simd);
     let part = S::u32s::from_fn(simd, |i| 0_u32.wrapping_sub((i % PARTS_PER_TILE) as u32));
     for tile_y in y[0] / TILE_SIZE..=y[1] / TILE_SIZE {
         let above = (y[0] - tile_y * TILE_SIZE).max(0);
@@ -142,12 +141,7 @@ fn is_behind_all_vector<S: Simd>(
         let mut tile = first;
         while tile <= last {
             let start = tile.min(tiles.across - per_vector);
-            // Within the vector's tiles, of which there are at most eight.
-            let from = start as i32 * TILE_SIZE;
-            let skip = bits_below::<S>(simd, (x[0] - from).max(0), tile_column, low_bits);
-            let keep = bits_below::<S>(simd, (x[1] + 1 - from).min(64), tile_column, low_bits);
-            let columns: S::u32s = (keep & !skip).bitcast();
-            let mut mask = columns & rows;
+            let mut mask = masks.of_columns(x, start) & rows;
             if covered == Covered::Parts {
                 mask = mask.simd_eq(none).select(none, whole);
             }
@@ -162,13 +156,4 @@ fn is_behind_all_vector<S: Simd>(
         }
     }
     true
-}
-
-/// For each row of some tiles: the columns below `v`, which counts from the first tile, 0 to 64.
-#[inline(always)]
-fn bits_below<S: Simd>(simd: S, v: i32, tile_column: S::u8s, low_bits: S::u8s) -> S::u8s {
-    let of_tile = S::u8s::splat(simd, v as u8)
-        .saturating_sub(tile_column)
-        .min(S::u8s::splat(simd, 8));
-    low_bits.swizzle_dyn_within_blocks(of_tile)
 }

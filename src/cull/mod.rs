@@ -1,8 +1,8 @@
 //! The frame: from a camera to the set of objects that it may see.
 //!
-//! Two passes over the hierarchy (HOM §3.2). The first finds the objects in the frustum; the nearest of them are drawn
-//! as occluders, front to back, each asked first whether what is drawn already hides it. The second pass tests boxes
-//! against the finished buffer, inner nodes before their children: a hidden node ends its subtree.
+//! The hierarchy gives the objects in the frustum (HOM §3.2). The nearest are drawn as occluders, batch after batch, each
+//! asked first whether what is drawn already hides it; now and then whole nodes are asked, and a hidden one answers for
+//! all below it (`draw`, `traverse`). What is left is asked once more against the finished buffer.
 //!
 //! In exact mode the picture of the survivors is the picture of the scene. Every answer "hidden" rests on an occluder
 //! surface strictly nearer at each sample the object could own; the nearest surface at a sample is never culled by

@@ -2,20 +2,11 @@
 
 use antumbra_simd::Level;
 use antumbra_simd::query::Covered;
-use glam::DVec3;
 
 use super::Statistics;
 use crate::occlusion::{Footprint, OcclusionBuffer};
 use crate::scene::{Aabb, BvhNode, Scene};
 use crate::view::{Containment, Frustum, Planes};
-
-fn bounds_of(node: &BvhNode) -> Aabb {
-    let corner = |c: [f32; 3]| DVec3::from_array(c.map(f64::from));
-    Aabb {
-        min: corner(node.min),
-        max: corner(node.max),
-    }
-}
 
 /// A node that meets the frustum, and the planes that its children still have to be tested against.
 #[derive(Clone, Copy, Debug)]
@@ -39,7 +30,7 @@ pub fn in_frustum(
     });
     while let Some(pending) = stack.pop() {
         let node = &scene.bvh().nodes[pending.node as usize];
-        let Containment::Meets(planes) = frustum.contains(&bounds_of(node), pending.planes) else {
+        let Containment::Meets(planes) = frustum.contains(&node.bounds(), pending.planes) else {
             continue;
         };
         if planes.is_empty() {
@@ -78,8 +69,8 @@ fn objects_of<'a>(scene: &'a Scene, node: &BvhNode) -> &'a [u32] {
     &scene.bvh().objects[node.first as usize..(node.first + node.count) as usize]
 }
 
-/// A node with fewer objects than this below it is not asked: its objects are, one by one.
-const FEWEST_OBJECTS: usize = 4;
+/// The children of a node with fewer objects than this below it are not asked: its objects are, one by one.
+const FEWEST_OBJECTS: usize = 8;
 
 /// Marks all objects below nodes whose boxes are hidden behind what is drawn so far.
 pub fn hide_subtrees(
@@ -104,7 +95,7 @@ pub fn hide_subtrees(
         footprints.clear();
         let boxes: [Aabb; 8] = std::array::from_fn(|i| {
             group.get(i).map_or(Aabb::EMPTY, |&node| {
-                bounds_of(&scene.bvh().nodes[node as usize])
+                scene.bvh().nodes[node as usize].bounds()
             })
         });
         buffer
@@ -122,7 +113,7 @@ pub fn hide_subtrees(
                 for &object in subtree(scene, node) {
                     hidden[object as usize] = true;
                 }
-            } else if node.count == 0 && subtree(scene, node).len() >= 2 * FEWEST_OBJECTS {
+            } else if node.count == 0 && subtree(scene, node).len() >= FEWEST_OBJECTS {
                 nodes.extend([node.first, node.first + 1]);
             }
         }

@@ -88,8 +88,8 @@ impl TileBuffer {
         &self.coverage
     }
 
-    /// For the upper and the lower half of each tile: the farthest depth of the nearest occluder surfaces over the covered samples, or farther; [`UNCOVERED`] where none is covered. Depths
-    /// are the larger the nearer.
+    /// For the upper and the lower half of each tile: the farthest depth of the nearest occluder surfaces over the covered
+    /// samples, or farther; [`UNCOVERED`] where none is covered. Depths are the larger the nearer.
     pub fn depths(&self) -> &[[f32; PARTS_PER_TILE]] {
         &self.depths
     }

@@ -124,11 +124,15 @@ fn is_behind_all_vector<S: Simd>(
     let coverage: &[u32] = bytemuck::cast_slice(tiles.coverage);
     let depths = tiles.depths.as_flattened();
     let (first, last) = ((x[0] / TILE_SIZE) as usize, (x[1] / TILE_SIZE) as usize);
-    let none = S::u32s::splat(simd, 0);
-    let depth = S::f32s::splat(simd, nearest);
-    let whole = S::u32s::splat(simd, u32::MAX);
-    // Lane by lane: its part.
+    // The columns of the first vector and of the last one, which ends with the last tile if there is room for that; all of
+    // those between belong to the rectangle.
+    let first_at = first.min(tiles.across - per_vector);
+    let last_at = (last + 1).saturating_sub(per_vector).max(first_at);
     let masks = StripMasks::new(simd);
+    let first_columns = masks.of_columns(x, first_at);
+    let last_columns = masks.of_columns(x, last_at);
+    let depth = S::f32s::splat(simd, nearest);
+    // Lane by lane: its part.
     let part = S::u32s::from_fn(simd, |i| 0_u32.wrapping_sub((i % PARTS_PER_TILE) as u32));
     for tile_y in y[0] / TILE_SIZE..=y[1] / TILE_SIZE {
         let above = (y[0] - tile_y * TILE_SIZE).max(0);
@@ -137,23 +141,58 @@ fn is_behind_all_vector<S: Simd>(
         let upper = S::u32s::splat(simd, rows as u32);
         let lower = S::u32s::splat(simd, (rows >> 32) as u32);
         let rows = (upper & !part) | (lower & part);
-        let row = tile_y as usize * tiles.across;
-        let mut tile = first;
-        while tile <= last {
-            let start = tile.min(tiles.across - per_vector);
-            let mut mask = masks.of_columns(x, start) & rows;
-            if covered == Covered::Parts {
-                mask = mask.simd_eq(none).select(none, whole);
+        let from = tile_y as usize * tiles.across * PARTS_PER_TILE;
+        let until = from + tiles.across * PARTS_PER_TILE;
+        let row = Parts {
+            coverage: &coverage[from..until],
+            depths: &depths[from..until],
+        };
+        let first_needed = needed::<S>(simd, first_columns & rows, covered);
+        let last_needed = needed::<S>(simd, last_columns & rows, covered);
+        let mut open = row.open::<S>(simd, first_needed, depth, first_at)
+            | row.open::<S>(simd, last_needed, depth, last_at);
+        if first_at + per_vector < last_at {
+            let needed = needed::<S>(simd, rows, covered);
+            let mut tile = first_at + per_vector;
+            while tile < last_at {
+                open |= row.open::<S>(simd, needed, depth, tile);
+                tile += per_vector;
             }
-            let at = (row + start) * PARTS_PER_TILE;
-            let shown = S::u32s::from_slice(simd, &coverage[at..at + lanes]);
-            let nearer = S::f32s::from_slice(simd, &depths[at..at + lanes]).simd_gt(depth);
-            let open = nearer.select(mask & !shown, mask);
-            if !open.simd_eq(none).all_true() {
-                return false;
-            }
-            tile += per_vector;
+        }
+        if !open.simd_eq(S::u32s::splat(simd, 0)).all_true() {
+            return false;
         }
     }
     true
+}
+
+/// The samples that have to be covered, of those asked for in each part.
+#[inline(always)]
+fn needed<S: Simd>(simd: S, asked: S::u32s, covered: Covered) -> S::u32s {
+    let none = S::u32s::splat(simd, 0);
+    match covered {
+        Covered::Samples => asked,
+        Covered::Parts => asked
+            .simd_eq(none)
+            .select(none, S::u32s::splat(simd, u32::MAX)),
+    }
+}
+
+/// A row of tiles, part by part.
+#[derive(Clone, Copy)]
+struct Parts<'a> {
+    coverage: &'a [u32],
+    depths: &'a [f32],
+}
+
+impl Parts<'_> {
+    /// The samples of `needed`, of the tiles from `tile`, that are not covered, or not by parts nearer than `depth`.
+    #[inline(always)]
+    fn open<S: Simd>(&self, simd: S, needed: S::u32s, depth: S::f32s, tile: usize) -> S::u32s {
+        let at = tile * PARTS_PER_TILE;
+        let range = at..at + S::u32s::LEN;
+        let coverage = S::u32s::from_slice(simd, &self.coverage[range.clone()]);
+        let nearer = S::f32s::from_slice(simd, &self.depths[range]).simd_gt(depth);
+        nearer.select(needed & !coverage, needed)
+    }
 }

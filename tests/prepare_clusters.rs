@@ -123,16 +123,25 @@ fn expected(mesh: &Mesh, double_sided: bool) -> Vec<[[u32; 3]; 3]> {
         .flat_map(|s| &mesh.triangles[s.triangles.clone()])
         .map(|t| t.map(|i| mesh.positions[i as usize]))
         .filter(|[a, b, c]| a != b && b != c && c != a)
-        .map(|corners| corners.map(|c| c.map(f32::to_bits)))
+        .map(as_it_winds)
         .collect();
     triangles.sort_unstable();
     triangles
 }
 
+/// A triangle's corners, whichever of them comes first.
+fn as_it_winds(corners: Corners) -> [[u32; 3]; 3] {
+    let [a, b, c] = corners.map(|c| c.map(f32::to_bits));
+    [[a, b, c], [b, c, a], [c, a, b]]
+        .into_iter()
+        .min()
+        .expect("three")
+}
+
 fn corners_of(clustered: &ClusteredMesh, cluster: usize) -> Vec<Corners> {
     let geometry = clustered.geometry(cluster);
-    let triangles = geometry.triangles.iter();
-    triangles.map(|&t| geometry.corners(t)).collect()
+    let triangles = geometry.triangles();
+    triangles.map(|t| geometry.corners(t)).collect()
 }
 
 #[test]
@@ -144,7 +153,7 @@ fn every_occluding_triangle_is_in_one_cluster_as_it_winds() {
                 .filter(|&c| clustered.clusters()[c].double_sided == double_sided);
             let mut found: Vec<_> = of_class
                 .flat_map(|c| corners_of(&clustered, c))
-                .map(|corners| corners.map(|c| c.map(f32::to_bits)))
+                .map(as_it_winds)
                 .collect();
             found.sort_unstable();
             assert!(found == expected(&mesh, double_sided));
@@ -157,20 +166,21 @@ fn limits_padding_and_bounds_hold() {
     for mesh in meshes() {
         let clustered = ClusteredMesh::new(&mesh);
         let [x, y, z] = clustered.vertices();
-        let (mut vertices, mut triangles) = (0, 0);
+        let (mut vertices, mut quads, mut triangles) = (0, 0, 0);
         for (c, cluster) in clustered.clusters().iter().enumerate() {
             assert_eq!(
-                (cluster.first_vertex, cluster.first_triangle),
-                (vertices, triangles)
+                (cluster.first_vertex, cluster.first_quad),
+                (vertices, quads)
             );
             let count = usize::from(cluster.vertex_count);
             assert!((3..=VERTICES_PER_CLUSTER).contains(&count));
             assert!((1..=TRIANGLES_PER_CLUSTER).contains(&usize::from(cluster.triangle_count)));
             let geometry = clustered.geometry(c);
             assert_eq!(
-                geometry.triangles.len(),
+                geometry.triangles().count(),
                 usize::from(cluster.triangle_count)
             );
+            assert_eq!(geometry.quads.len(), usize::from(cluster.quad_count));
             assert_eq!(geometry.x.len(), count.next_multiple_of(VERTEX_BLOCK));
             assert_eq!(geometry.y.len(), geometry.x.len());
             assert_eq!(geometry.z.len(), geometry.x.len());
@@ -183,7 +193,7 @@ fn limits_padding_and_bounds_hold() {
             distinct.sort_unstable();
             distinct.dedup();
             assert_eq!(distinct.len(), count, "a position twice");
-            let mut used: Vec<u8> = geometry.triangles.iter().flatten().copied().collect();
+            let mut used: Vec<u8> = geometry.quads.iter().flatten().copied().collect();
             used.sort_unstable();
             used.dedup();
             assert!(used.into_iter().map(usize::from).eq(0..count));
@@ -196,10 +206,11 @@ fn limits_padding_and_bounds_hold() {
             assert_eq!(cluster.bounds().min.as_vec3().to_array(), cluster.min);
             assert!(cluster.cone.is_none() || !cluster.double_sided);
             vertices += geometry.x.len();
-            triangles += geometry.triangles.len();
+            quads += geometry.quads.len();
+            triangles += geometry.triangles().count();
         }
         assert_eq!([x.len(), y.len(), z.len()], [vertices; 3]);
-        assert_eq!(clustered.triangles().len(), triangles);
+        assert_eq!(clustered.triangle_count(), triangles);
     }
 }
 
@@ -450,7 +461,7 @@ fn odd_meshes_cluster() {
     let clustered = ClusteredMesh::new(&one);
     assert_eq!(clustered.clusters().len(), 1);
     assert_eq!(clustered.geometry(0).x.len(), VERTEX_BLOCK);
-    assert_eq!(clustered.triangles(), [[0, 1, 2]]);
+    assert_eq!(clustered.geometry(0).quads, [[0, 1, 2, 2]]);
 
     assert_eq!(
         ClusteredMesh::new(&Mesh::default()),
@@ -525,7 +536,7 @@ fn clusters_of_a_city_are_full() {
         .filter(|(_, m)| m.triangles.len() > 64);
     let (mut triangles, mut clusters, mut vertices) = (0, 0, 0);
     for mesh in large.filter_map(|(i, _)| clustered.mesh(i)) {
-        triangles += mesh.triangles().len();
+        triangles += mesh.triangle_count();
         clusters += mesh.clusters().len();
         vertices += mesh.vertices()[0].len();
     }

@@ -1,7 +1,7 @@
 //! Fills triangles into rows of tiles: coverage, and two layers of depth for each part.
 //!
 //! The plain form is the definition: triangle after triangle, tile after tile, the covered samples by
-//! [`SpanTriangle::coverage_of_tile`] and [`merge`]. The vector form gives the same bits:
+//! [`SpanPolygon::coverage_of_tile`] and [`merge`]. The vector form gives the same bits:
 //!
 //! * **Masks.** The spans of a strip of eight rows are eight bytes for either end. A tile's mask is two table look-ups of
 //!   those bytes, less the tile's own column, and an AND: for as many tiles at once as a vector has groups of eight bytes.
@@ -12,7 +12,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f64x8, i16x8};
 
-use crate::spans::{SpanBlock, SpanTriangle};
+use crate::spans::{EDGES, SpanBlock, SpanPolygon};
 use crate::strip_masks::StripMasks;
 use crate::tile::{TileMut, UNCOVERED, merge};
 use crate::{Level, PART_HEIGHT, PARTS_PER_TILE, TILE_SIZE};
@@ -54,7 +54,7 @@ fn fill_plain(blocks: &[SpanBlock], rows: &mut TileRows<'_>) {
     }
 }
 
-fn fill_one_plain(triangle: &SpanTriangle, rows: &mut TileRows<'_>) {
+fn fill_one_plain(triangle: &SpanPolygon, rows: &mut TileRows<'_>) {
     let first = (triangle.y[0] / TILE_SIZE).max(rows.first_row);
     let last = (triangle.y[1] / TILE_SIZE).min(rows.first_row + rows.rows() - 1);
     for tile_y in first..=last {
@@ -257,12 +257,16 @@ impl<'a, S: Simd> Filler<'a, S> {
     fn spans(&self, t: &Current<'_>, y: i32) -> [i16x8<S>; 2] {
         let simd = self.simd;
         let rows = self.row_numbers + f64::from(y);
-        let v0 = rows * t.block.slope[0][t.i] + t.block.at_zero[0][t.i];
-        let v1 = rows * t.block.slope[1][t.i] + t.block.at_zero[1][t.i];
-        let v2 = rows * t.block.slope[2][t.i] + t.block.at_zero[2][t.i];
-        let v3 = rows * t.block.slope[3][t.i] + t.block.at_zero[3][t.i];
-        let first = self.columns(t, v0.max(v1));
-        let end = self.columns(t, v2.min(v3));
+        let v0 = rows * t.slope[0] + t.at_zero[0];
+        let v1 = rows * t.slope[1] + t.at_zero[1];
+        let v2 = rows * t.slope[2] + t.at_zero[2];
+        let v3 = rows * t.slope[3] + t.at_zero[3];
+        let (first, end) = match t.lower {
+            1 => (v0, v1.min(v2).min(v3)),
+            2 => (v0.max(v1), v2.min(v3)),
+            _ => (v0.max(v1).max(v2), v3),
+        };
+        let (first, end) = (self.columns(t, first), self.columns(t, end));
         // Rows below the picture's end.
         let inside = self
             .row_numbers_short
@@ -285,12 +289,16 @@ impl<'a, S: Simd> Filler<'a, S> {
     fn columns_of_strip(&self, t: &Current<'_>, y: i32) -> [usize; 2] {
         let top = f64::from(y.max(t.y[0]));
         let bottom = f64::from((y + TILE_SIZE - 1).min(t.y[1]));
-        let [s0, s1, s2, s3] = t.block.slope.each_ref().map(|e| e[t.i]);
-        let [z0, z1, z2, z3] = t.block.at_zero.each_ref().map(|e| e[t.i]);
-        let first = lesser(s0 * top + z0, s0 * bottom + z0);
-        let first = greater(first, lesser(s1 * top + z1, s1 * bottom + z1));
-        let last = greater(s2 * top + z2, s2 * bottom + z2);
-        let last = lesser(last, greater(s3 * top + z3, s3 * bottom + z3));
+        let mut at = [[0.0; 2]; EDGES];
+        for ((at, slope), zero) in at.iter_mut().zip(t.slope).zip(t.at_zero) {
+            let (above, below) = (slope * top + zero, slope * bottom + zero);
+            *at = [lesser(above, below), greater(above, below)];
+        }
+        let (first, last) = match t.lower {
+            1 => (at[0][0], lesser(lesser(at[1][1], at[2][1]), at[3][1])),
+            2 => (greater(at[0][0], at[1][0]), lesser(at[2][1], at[3][1])),
+            _ => (greater(greater(at[0][0], at[1][0]), at[2][0]), at[3][1]),
+        };
         let first = greater(first, t.x[0]);
         let last = lesser(last, t.x[1]);
         // Where there is nothing, the last comes out before the first.
@@ -402,6 +410,9 @@ fn depth_of_half(t: &Current<'_>, first: i32) -> f64 {
 struct Current<'b> {
     block: &'b SpanBlock,
     i: usize,
+    slope: [f64; EDGES],
+    at_zero: [f64; EDGES],
+    lower: u8,
     x: [f64; 2],
     y: [i32; 2],
     /// First and last column of tiles.
@@ -420,6 +431,9 @@ impl<'b> Current<'b> {
             ],
             columns: [to_tile(block.x[0][i]), to_tile(block.x[1][i])],
             nearest: block.nearest[i] as f32,
+            slope: block.slope.map(|edge| edge[i]),
+            at_zero: block.at_zero.map(|edge| edge[i]),
+            lower: block.lower[i],
             block,
             i,
         }

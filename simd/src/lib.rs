@@ -10,11 +10,12 @@
 //! |---|---|
 //! | [`vertex`] | transforms positions and snaps them to 1/256 of a pixel |
 //! | [`triangle`] | sets a snapped triangle up: exact edge functions and a depth plane |
-//! | [`assemble`] | both of these for the triangles of a cluster |
+//! | [`quad`] | two triangles that share a diagonal, as one |
+//! | [`assemble`] | all of these for a cluster: what needs no set-up (`reject`), and the rest (`set_up`) |
 //! | [`coverage`] | which of a tile's 64 pixel centres a triangle covers |
-//! | [`spans`] | the same triangle, its edges solved for x: an interval of columns for each row |
-//! | [`tile`] | merges a triangle into a tile's coverage and depth |
-//! | [`fill`] | fills triangles into rows of tiles |
+//! | [`spans`] | a polygon's edges solved for x: an interval of columns for each row |
+//! | [`tile`] | merges a polygon into a tile's coverage and depth |
+//! | [`fill`] | fills polygons into rows of tiles |
 //! | [`pyramid`] | averages four cells of an occlusion map into one |
 //! | [`boxes`] | projects boxes to rectangles of samples, eight at once |
 //! | [`query`] | asks whether a rectangle lies behind what tiles show |
@@ -37,7 +38,10 @@ mod level;
 pub mod outline;
 pub mod projected;
 pub mod pyramid;
+pub mod quad;
 pub mod query;
+mod reject;
+mod set_up;
 pub mod spans;
 mod strip_masks;
 pub mod tile;

@@ -21,8 +21,7 @@ pub struct Tiles<'a> {
 impl Tiles<'_> {
     /// Whether a tile is covered as a whole and none of its parts is farther than `depth`.
     #[inline(always)]
-    pub(crate) fn is_full_before(&self, tile_x: i32, tile_y: i32, depth: f32) -> bool {
-        let tile = tile_y as usize * self.across + tile_x as usize;
+    pub(crate) fn is_full_before(&self, tile: usize, depth: f32) -> bool {
         self.coverage[tile] == u64::MAX && self.depths[tile].iter().all(|&part| part >= depth)
     }
 }

@@ -1,4 +1,4 @@
-//! Which samples of a row a triangle covers, as an interval of columns: the edges solved for x.
+//! Which samples of a row a convex polygon covers, as an interval of columns: the edges solved for x.
 //!
 //! The edge `A·x + B·y + C ≥ 0` crosses row `y` at `v = −(B·y + C + ½) / A`: the first covered column is `⌈v⌉` where
 //! `A > 0`, and the first one not covered where `A < 0`. At whole columns and rows `A·x + B·y + C` is an integer, so `v`
@@ -13,41 +13,50 @@ use crate::TILE_SIZE;
 use crate::coverage::rectangle_mask;
 use crate::triangle::{DepthPlane, Edge, Triangle};
 
-/// Where edges cross the rows of samples, at `slope·y + at_zero`: first two edges with their inside on the right, then
-/// two with their inside on the left. A triangle has three edges: one stands twice.
+/// Edges of a polygon: of a quadrilateral, or of a triangle and one that is inside everywhere.
+pub const EDGES: usize = 4;
+
+/// Where edges cross the rows of samples, at `slope·y + at_zero`: first those with their inside on the right, then those
+/// with their inside on the left.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spans {
     /// Columns a row.
-    pub slope: [f64; 4],
+    pub slope: [f64; EDGES],
     /// The crossing of row 0.
-    pub at_zero: [f64; 4],
+    pub at_zero: [f64; EDGES],
+    /// How many have their inside on the right: one to three.
+    pub lower: usize,
 }
 
 /// Stands for 1/A where an edge is horizontal.
 pub(crate) const HORIZONTAL: f64 = (1_u64 << 30) as f64;
 
+/// Exchanges in this order sort four edges by their side.
+pub(crate) const EXCHANGES: [[usize; 2]; 5] = [[0, 1], [2, 3], [0, 2], [1, 3], [1, 2]];
+
 impl Spans {
-    /// The spans between three edges.
-    pub fn between(edges: &[Edge; 3]) -> Spans {
-        let crossing = |e: &Edge| {
+    /// The spans between the edges of a polygon.
+    pub fn between(edges: &[Edge; EDGES]) -> Spans {
+        let mut crossings = edges.map(|e| {
             let inverse = if e.a == 0 {
                 HORIZONTAL
             } else {
                 1.0 / e.a as f64
             };
-            (-(e.b as f64) * inverse, -(e.c as f64 + 0.5) * inverse)
-        };
-        let mut slope = [0.0; 4];
-        let mut at_zero = [0.0; 4];
-        for first in [0, 2] {
-            let mut of_side = edges.iter().filter(|e| (e.a >= 0) == (first == 0));
-            // Their A add up to 0 and are not all 0: there is an edge on either side.
-            let one = of_side.next().map_or((0.0, 0.0), crossing);
-            let other = of_side.next().map_or(one, crossing);
-            (slope[first], at_zero[first]) = one;
-            (slope[first + 1], at_zero[first + 1]) = other;
+            let slope = -(e.b as f64) * inverse;
+            (e.a >= 0, slope, -(e.c as f64 + 0.5) * inverse)
+        });
+        for [i, j] in EXCHANGES {
+            if !crossings[i].0 && crossings[j].0 {
+                crossings.swap(i, j);
+            }
         }
-        Spans { slope, at_zero }
+        Spans {
+            slope: crossings.map(|(_, slope, _)| slope),
+            at_zero: crossings.map(|(.., at_zero)| at_zero),
+            // What is inside everywhere counts too. A of the others add up to 0 and are not all 0.
+            lower: crossings.iter().filter(|(is_lower, ..)| *is_lower).count(),
+        }
     }
 
     /// First covered column of a row, and the first one after it that is not covered, both within `x`: from its first
@@ -60,13 +69,15 @@ impl Spans {
         // A quarter beside the first and the last column, so that the ceiling gives what it should.
         let (least, largest) = (f64::from(x[0]) - 0.25, f64::from(x[1]) + 0.75);
         let column = |v: f64| lesser(greater(v, least), largest).ceil() as i32;
-        [column(greater(at(0), at(1))), column(lesser(at(2), at(3)))]
+        let first = (0..self.lower).map(at).fold(f64::NEG_INFINITY, greater);
+        let end = (self.lower..EDGES).map(at).fold(f64::INFINITY, lesser);
+        [column(first), column(end)]
     }
 }
 
-/// A triangle ready to be filled, in the form that the occluders' filler reads.
+/// A triangle or a convex quadrilateral ready to be filled, in the form that the occluders' filler reads.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SpanTriangle {
+pub struct SpanPolygon {
     /// Its rows' intervals.
     pub spans: Spans,
     /// First and last column of samples that can be covered, within the picture.
@@ -77,11 +88,11 @@ pub struct SpanTriangle {
     pub depth: DepthPlane,
 }
 
-impl From<&Triangle> for SpanTriangle {
+impl From<&Triangle> for SpanPolygon {
     /// The triangle's extents must lie within the picture.
-    fn from(t: &Triangle) -> SpanTriangle {
-        SpanTriangle {
-            spans: Spans::between(&t.edges),
+    fn from(t: &Triangle) -> SpanPolygon {
+        SpanPolygon {
+            spans: Spans::between(&[t.edges[0], t.edges[1], t.edges[2], Edge::EVERYWHERE]),
             x: t.x,
             y: t.y,
             depth: t.depth,
@@ -89,9 +100,9 @@ impl From<&Triangle> for SpanTriangle {
     }
 }
 
-impl SpanTriangle {
-    /// The samples of tile (`tile_x`, `tile_y`) that the triangle covers: the same as
-    /// [`coverage_of_tile`](crate::coverage::coverage_of_tile) finds.
+impl SpanPolygon {
+    /// The samples of tile (`tile_x`, `tile_y`) that the polygon covers: the same as
+    /// [`coverage_of_tile`](crate::coverage::coverage_of_tile) finds of its triangles.
     #[inline]
     pub fn coverage_of_tile(&self, tile_x: i32, tile_y: i32) -> u64 {
         let x0 = tile_x * TILE_SIZE;
@@ -111,18 +122,20 @@ impl SpanTriangle {
     }
 }
 
-/// Triangles in a block.
+/// Polygons in a block.
 pub const BLOCK: usize = 8;
 
-/// Up to eight triangles ready to be filled, structure of arrays: what a set-up of several at once leaves.
+/// Up to eight polygons ready to be filled, structure of arrays: what a set-up of several at once leaves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpanBlock {
-    /// Bit `i` is set if there is a triangle `i`.
+    /// Bit `i` is set if there is a polygon `i`.
     pub present: u8,
     /// Columns a row, of four edges each; see [`Spans`].
-    pub slope: [[f64; BLOCK]; 4],
+    pub slope: [[f64; BLOCK]; EDGES],
     /// The crossings of row 0, of four edges each.
-    pub at_zero: [[f64; BLOCK]; 4],
+    pub at_zero: [[f64; BLOCK]; EDGES],
+    /// How many of the edges have their inside on the right.
+    pub lower: [u8; BLOCK],
     /// First and last columns.
     pub x: [[f64; BLOCK]; 2],
     /// First and last rows.
@@ -137,18 +150,19 @@ pub struct SpanBlock {
     pub slope_x: [f64; BLOCK],
     /// What one sample down adds.
     pub slope_y: [f64; BLOCK],
-    /// The least of each triangle's depths.
+    /// The least of each polygon's depths.
     pub farthest: [f64; BLOCK],
-    /// The largest of each triangle's depths.
+    /// The largest of each polygon's depths.
     pub nearest: [f64; BLOCK],
 }
 
 impl SpanBlock {
-    /// No triangle.
+    /// No polygon.
     pub const EMPTY: SpanBlock = SpanBlock {
         present: 0,
-        slope: [[0.0; BLOCK]; 4],
-        at_zero: [[0.0; BLOCK]; 4],
+        slope: [[0.0; BLOCK]; EDGES],
+        at_zero: [[0.0; BLOCK]; EDGES],
+        lower: [0; BLOCK],
         x: [[0.0; BLOCK]; 2],
         y: [[0.0; BLOCK]; 2],
         origin_x: [0.0; BLOCK],
@@ -160,12 +174,13 @@ impl SpanBlock {
         nearest: [0.0; BLOCK],
     };
 
-    /// Triangle `i`.
-    pub fn get(&self, i: usize) -> SpanTriangle {
-        SpanTriangle {
+    /// Polygon `i`.
+    pub fn get(&self, i: usize) -> SpanPolygon {
+        SpanPolygon {
             spans: Spans {
                 slope: self.slope.map(|e| e[i]),
                 at_zero: self.at_zero.map(|e| e[i]),
+                lower: usize::from(self.lower[i]),
             },
             x: self.x.map(|x| x[i] as i32),
             y: self.y.map(|y| y[i] as i32),
@@ -181,10 +196,11 @@ impl SpanBlock {
         }
     }
 
-    /// Puts a triangle at place `i`.
-    pub fn set(&mut self, i: usize, t: &SpanTriangle) {
+    /// Puts a polygon at place `i`.
+    pub fn set(&mut self, i: usize, t: &SpanPolygon) {
         self.present |= 1 << i;
-        for edge in 0..4 {
+        self.lower[i] = t.spans.lower as u8;
+        for edge in 0..EDGES {
             self.slope[edge][i] = t.spans.slope[edge];
             self.at_zero[edge][i] = t.spans.at_zero[edge];
         }
@@ -201,21 +217,21 @@ impl SpanBlock {
         self.nearest[i] = t.depth.nearest;
     }
 
-    /// The triangles, in order.
-    pub fn iter(&self) -> impl Iterator<Item = SpanTriangle> + '_ {
+    /// The polygons, in order.
+    pub fn iter(&self) -> impl Iterator<Item = SpanPolygon> + '_ {
         (0..BLOCK)
             .filter(|i| self.present >> i & 1 == 1)
             .map(|i| self.get(i))
     }
 
-    /// Packs triangles into blocks.
-    pub fn pack(triangles: impl Iterator<Item = SpanTriangle>, blocks: &mut Vec<SpanBlock>) {
-        for (index, triangle) in triangles.enumerate() {
+    /// Packs polygons into blocks.
+    pub fn pack(polygons: impl Iterator<Item = SpanPolygon>, blocks: &mut Vec<SpanBlock>) {
+        for (index, polygon) in polygons.enumerate() {
             if index % BLOCK == 0 {
                 blocks.push(SpanBlock::EMPTY);
             }
             if let Some(block) = blocks.last_mut() {
-                block.set(index % BLOCK, &triangle);
+                block.set(index % BLOCK, &polygon);
             }
         }
     }

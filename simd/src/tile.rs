@@ -16,7 +16,7 @@
 //! become one, at the farther depth of the two. Depths are the larger the nearer.
 
 use crate::coverage::PART_MASKS;
-use crate::spans::SpanTriangle;
+use crate::spans::SpanPolygon;
 use crate::{PART_HEIGHT, PARTS_PER_TILE, TILE_SIZE};
 
 /// The depth of a layer without samples: nearest possible, so that the depth test ignores a part without coverage
@@ -38,7 +38,7 @@ pub struct TileMut<'a> {
 
 /// Merges the samples `mask` of a triangle, all in tile (`tile_x`, `tile_y`), into the tile.
 #[inline]
-pub fn merge(tile: TileMut<'_>, mask: u64, triangle: &SpanTriangle, tile_x: i32, tile_y: i32) {
+pub fn merge(tile: TileMut<'_>, mask: u64, triangle: &SpanPolygon, tile_x: i32, tile_y: i32) {
     for (part, part_mask) in PART_MASKS.into_iter().enumerate() {
         let samples = mask & part_mask;
         if samples == 0 {

@@ -31,6 +31,17 @@ impl CullMode {
             CullMode::Front => CullMode::Back,
         }
     }
+
+    /// Whether a triangle with twice this area on the grid is left out. Where y points down, what winds
+    /// counter-clockwise for the viewer has a negative area.
+    #[inline]
+    pub(crate) fn leaves_out(self, twice_area: i64) -> bool {
+        match self {
+            CullMode::None => twice_area == 0,
+            CullMode::Back => twice_area >= 0,
+            CullMode::Front => twice_area <= 0,
+        }
+    }
 }
 
 /// One edge: inside or on it where `a·x + b·y + c ≥ 0`, `x` and `y` counting samples.
@@ -42,6 +53,29 @@ pub struct Edge {
     pub b: i64,
     /// The value at sample (0, 0).
     pub c: i64,
+}
+
+impl Edge {
+    /// The edge from a point to itself: every sample is inside.
+    pub const EVERYWHERE: Edge = Edge { a: 0, b: 0, c: 0 };
+
+    /// The edge from `a` to `b`, as a polygon has it that lies to its right on screen.
+    #[inline]
+    pub fn between(a: ScreenVertex, b: ScreenVertex) -> Edge {
+        let ea = i64::from(a.y) - i64::from(b.y);
+        let eb = i64::from(b.x) - i64::from(a.x);
+        let is_left = b.y < a.y;
+        // Or a point.
+        let is_top = b.y == a.y && b.x >= a.x;
+        let bias = if is_left || is_top { 0 } else { -1 };
+        let c = -(ea * i64::from(a.x) + eb * i64::from(a.y)) + bias;
+        let half = i64::from(SUBPIXELS / 2);
+        Edge {
+            a: ea,
+            b: eb,
+            c: (c + half * (ea + eb)).div_euclid(i64::from(SUBPIXELS)),
+        }
+    }
 }
 
 /// Depth over the screen: one formula, which every pass uses.
@@ -83,14 +117,16 @@ impl DepthPlane {
     /// How far the formula may lie from the real plane, as a part of the range of the vertices' depths.
     pub const SLOPE_ERROR: f64 = 1.0 / (1_u64 << 23) as f64;
 
-    fn through(v: [ScreenVertex; 3], twice_area: i64) -> DepthPlane {
+    /// The plane through three vertices, with twice the area of their triangle, either sign.
+    pub(crate) fn through(v: [ScreenVertex; 3], twice_area: i64) -> DepthPlane {
         let [v0, v1, v2] = v;
         let delta = |a: i32, b: i32| f64::from(a - b);
         let (d1, d2) = (v1.depth - v0.depth, v2.depth - v0.depth);
         // Exact: the area stays below 2^53, and a power of two scales it to samples.
         let area = twice_area as f64;
         let extent = |a: i32, b: i32, c: i32| f64::from(a.max(b).max(c) - a.min(b).min(c));
-        let is_sliver = extent(v0.x, v1.x, v2.x) * extent(v0.y, v1.y, v2.y) > SLIVER * area;
+        let box_area = extent(v0.x, v1.x, v2.x) * extent(v0.y, v1.y, v2.y);
+        let is_sliver = box_area > SLIVER * area.abs();
         let per_sample = f64::from(SUBPIXELS) / area;
         let slope_x = (d1 * delta(v2.y, v0.y) - d2 * delta(v1.y, v0.y)) * per_sample;
         let slope_y = (d2 * delta(v1.x, v0.x) - d1 * delta(v2.x, v0.x)) * per_sample;
@@ -149,19 +185,14 @@ pub struct Triangle {
     pub depth: DepthPlane,
 }
 
-fn edge(a: ScreenVertex, b: ScreenVertex) -> Edge {
-    let ea = i64::from(a.y) - i64::from(b.y);
-    let eb = i64::from(b.x) - i64::from(a.x);
-    let is_left = b.y < a.y;
-    let is_top = b.y == a.y && b.x > a.x;
-    let bias = if is_left || is_top { 0 } else { -1 };
-    let c = -(ea * i64::from(a.x) + eb * i64::from(a.y)) + bias;
-    let half = i64::from(SUBPIXELS / 2);
-    Edge {
-        a: ea,
-        b: eb,
-        c: (c + half * (ea + eb)).div_euclid(i64::from(SUBPIXELS)),
-    }
+/// First and last sample between two sub-pixel coordinates, ends included.
+#[inline]
+pub(crate) fn samples(first: i32, last: i32) -> [i32; 2] {
+    let half = SUBPIXELS / 2;
+    [
+        (first + half - 1).div_euclid(SUBPIXELS), // ⌈(first − 128) / 256⌉
+        (last - half).div_euclid(SUBPIXELS),
+    ]
 }
 
 impl Triangle {
@@ -187,33 +218,24 @@ impl Triangle {
             i64::from(v2.y) - i64::from(v0.y),
         );
         let mut twice_area = x1 * y2 - x2 * y1;
-        // y points down: what winds counter-clockwise for the viewer has a negative area.
-        let culled = match cull {
-            CullMode::None => twice_area == 0,
-            CullMode::Back => twice_area >= 0,
-            CullMode::Front => twice_area <= 0,
-        };
-        if culled {
+        if cull.leaves_out(twice_area) {
             return None;
         }
         if twice_area < 0 {
             (v1, v2) = (v2, v1);
             twice_area = -twice_area;
         }
-        let samples = |a: i32, b: i32, c: i32| {
-            let (first, last) = (a.min(b).min(c), a.max(b).max(c));
-            let half = SUBPIXELS / 2;
-            [
-                (first + half - 1).div_euclid(SUBPIXELS), // ⌈(first − 128) / 256⌉
-                (last - half).div_euclid(SUBPIXELS),
-            ]
-        };
-        let (x, y) = (samples(v0.x, v1.x, v2.x), samples(v0.y, v1.y, v2.y));
+        let extent = |a: i32, b: i32, c: i32| samples(a.min(b).min(c), a.max(b).max(c));
+        let (x, y) = (extent(v0.x, v1.x, v2.x), extent(v0.y, v1.y, v2.y));
         if x[0] > x[1] || y[0] > y[1] {
             return None;
         }
         Some(Triangle {
-            edges: [edge(v0, v1), edge(v1, v2), edge(v2, v0)],
+            edges: [
+                Edge::between(v0, v1),
+                Edge::between(v1, v2),
+                Edge::between(v2, v0),
+            ],
             x,
             y,
             depth: DepthPlane::through([v0, v1, v2], twice_area),

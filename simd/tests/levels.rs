@@ -1,13 +1,13 @@
 //! Every loop gives the same bits on every level that this machine has: on random input, and on the odd cases that
 //! vectors get wrong (narrow pictures, borders, edges that are level, vertices that are nowhere).
 
-use antumbra_simd::assemble::{Cluster, Drawing, VERTEX_PADDING, Vertices, assemble};
+use antumbra_simd::assemble::{AssembleMemory, Cluster, Drawing, VERTEX_PADDING, assemble};
 use antumbra_simd::boxes::{BOXES, BoxBlock, BoxView, RectBlock, project_boxes};
 use antumbra_simd::coverage::{PART_MASKS, coverage_of_tile};
 use antumbra_simd::fill::{TileRows, fill};
 use antumbra_simd::pyramid::{sum_2x2, uncovered};
 use antumbra_simd::query::{Covered, Rectangle, Tiles, is_behind_all};
-use antumbra_simd::spans::{SpanBlock, SpanTriangle};
+use antumbra_simd::spans::{SpanBlock, SpanPolygon};
 use antumbra_simd::tile::UNCOVERED;
 use antumbra_simd::triangle::{CullMode, Triangle};
 use antumbra_simd::vertex::{ScreenTransform, ScreenVertex};
@@ -159,7 +159,7 @@ fn any_triangle(chance: &mut Chance, picture: &Picture) -> Option<Triangle> {
 
 fn packed(triangles: &[Triangle]) -> Vec<SpanBlock> {
     let mut blocks = Vec::new();
-    SpanBlock::pack(triangles.iter().map(SpanTriangle::from), &mut blocks);
+    SpanBlock::pack(triangles.iter().map(SpanPolygon::from), &mut blocks);
     blocks
 }
 
@@ -179,7 +179,7 @@ fn spans_cover_what_integers_cover() {
         let Some(triangle) = any_triangle(&mut chance, &picture) else {
             continue;
         };
-        let spans = SpanTriangle::from(&triangle);
+        let spans = SpanPolygon::from(&triangle);
         for tile_y in triangle.y[0] / 8..=triangle.y[1] / 8 {
             for tile_x in triangle.x[0] / 8..=triangle.x[1] / 8 {
                 let exact = coverage_of_tile(&triangle, tile_x, tile_y);
@@ -218,8 +218,18 @@ fn fill_gives_the_same_bits_on_every_level() {
     }
 }
 
+/// Four vertices, three of them all the same now and then, or the last two.
+fn any_quad(chance: &mut Chance, last: i32) -> [u8; 4] {
+    let [a, b, c, d] = std::array::from_fn(|_| chance.whole(0, last) as u8);
+    match chance.whole(0, 9) {
+        0 => [a, b, b, b],
+        1..5 => [a, b, c, c],
+        _ => [a, b, c, d],
+    }
+}
+
 #[test]
-fn assemble_gives_the_same_triangles_on_every_level() {
+fn assemble_gives_the_same_polygons_on_every_level() {
     let mut chance = Chance(3);
     let mut set_up = 0;
     let mut clipped = 0;
@@ -243,8 +253,8 @@ fn assemble_gives_the_same_triangles_on_every_level() {
         let axis = |i: usize| positions.iter().map(|p| p[i]).collect::<Vec<f32>>();
         let (x, y, z) = (axis(0), axis(1), axis(2));
         let last = count as i32 - 1;
-        let triangles: Vec<[u8; 3]> = (0..chance.whole(1, 64))
-            .map(|_| std::array::from_fn(|_| chance.whole(0, last) as u8))
+        let quads: Vec<[u8; 4]> = (0..chance.whole(1, 64))
+            .map(|_| any_quad(&mut chance, last))
             .collect();
         let scale = 256.0 * f64::from(picture.width);
         let screen = ScreenTransform {
@@ -266,21 +276,21 @@ fn assemble_gives_the_same_triangles_on_every_level() {
             x: &x,
             y: &y,
             z: &z,
-            triangles: &triangles,
+            quads: &quads,
         };
         let assembled = |level: Level| {
             let (mut blocks, mut to_clip) = (Vec::new(), Vec::new());
-            let mut vertices = Vertices::default();
+            let mut memory = AssembleMemory::default();
             assemble(
                 level,
                 cluster,
                 drawing,
-                &mut vertices,
+                &mut memory,
                 &mut blocks,
                 &mut to_clip,
             );
-            let triangles: Vec<SpanTriangle> = blocks.iter().flat_map(SpanBlock::iter).collect();
-            (triangles, to_clip)
+            let polygons: Vec<SpanPolygon> = blocks.iter().flat_map(SpanBlock::iter).collect();
+            (polygons, to_clip)
         };
         let plain = assembled(Level::Scalar);
         set_up += plain.0.len();
@@ -317,12 +327,12 @@ fn assembling_behind_what_is_drawn_leaves_out_only_what_changes_nothing() {
                 .collect::<Vec<_>>()
         };
         let (x, y, z) = (axis(-1.0, 1.0), axis(-1.0, 1.0), axis(1.5, 9.0));
-        let triangles: Vec<[u8; 3]> = (0..46).map(|i| [i, i + 1, i + 2]).collect();
+        let quads: Vec<[u8; 4]> = (0..45).map(|i| [i, i + 1, i + 2, i + 2 + i % 2]).collect();
         let cluster = Cluster {
             x: &x,
             y: &y,
             z: &z,
-            triangles: &triangles,
+            quads: &quads,
         };
         let drawn = |level: Level| {
             let (mut blocks, mut to_clip) = (Vec::new(), Vec::new());
@@ -333,12 +343,12 @@ fn assembling_behind_what_is_drawn_leaves_out_only_what_changes_nothing() {
                 height: 64,
                 drawn: picture.tiles(),
             };
-            let mut vertices = Vertices::default();
+            let mut memory = AssembleMemory::default();
             assemble(
                 level,
                 cluster,
                 drawing,
-                &mut vertices,
+                &mut memory,
                 &mut blocks,
                 &mut to_clip,
             );

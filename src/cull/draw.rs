@@ -45,7 +45,7 @@ impl Occluders {
         let triangles = |object: &Object| {
             clusters
                 .occluder(object)
-                .map_or(0, |mesh| mesh.triangles().len() as u32)
+                .map_or(0, |mesh| mesh.triangle_count() as u32)
         };
         Occluders {
             triangles: scene.objects().iter().map(triangles).collect(),
@@ -322,7 +322,7 @@ impl Worker {
                     x: geometry.x,
                     y: geometry.y,
                     z: geometry.z,
-                    triangles: geometry.triangles,
+                    quads: geometry.quads,
                 },
                 &screen,
                 cull,

@@ -71,7 +71,7 @@ impl ClusteredScene {
         meshes.fold(MemoryUse::default(), |sum, mesh| MemoryUse {
             bytes: sum.bytes + mesh.memory_bytes(),
             clusters: sum.clusters + mesh.clusters().len(),
-            triangles: sum.triangles + mesh.triangles().len(),
+            triangles: sum.triangles + mesh.triangle_count(),
         })
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! x, y, z    | cluster 0: 21 vertices, the last repeated 11 times | cluster 1: 45, and 3 | …   blocks of 16
-//! triangles  | three bytes each, vertices counted within the cluster                     | …
+//! quads      | four bytes each, vertices counted within the cluster                      | …
 //! ```
 //!
 //! Each cluster has vertices of its own: a few more are transformed than the mesh has, but a cluster is drawn without
@@ -15,6 +15,7 @@ use super::NormalCone;
 use super::local_box::LocalBox;
 use super::partition::{corners, partition};
 use super::position_set::PositionSet;
+use super::quads::paired;
 use crate::scene::{Aabb, Mesh};
 
 /// The most triangles that a cluster has.
@@ -34,12 +35,14 @@ const _: () = assert!(VERTICES_PER_CLUSTER <= 1 + u8::MAX as usize);
 pub struct Cluster {
     /// Index of the first vertex, a multiple of [`VERTEX_BLOCK`].
     pub first_vertex: usize,
-    /// Index of the first triangle.
-    pub first_triangle: usize,
+    /// Index of the first quadrilateral.
+    pub first_quad: usize,
     /// How many vertices there are, 1 to [`VERTICES_PER_CLUSTER`], padding not counted.
     pub vertex_count: u8,
     /// How many triangles there are, 1 to [`TRIANGLES_PER_CLUSTER`].
     pub triangle_count: u8,
+    /// How many quadrilaterals these are in: two triangles each, or one.
+    pub quad_count: u8,
     /// Whether both sides are drawn.
     pub double_sided: bool,
     /// The least coordinates of its vertices, exactly; local units.
@@ -74,11 +77,20 @@ pub struct ClusterGeometry<'a> {
     pub y: &'a [f32],
     /// Likewise z.
     pub z: &'a [f32],
-    /// Three indices into these vertices each, never of the padding; counter-clockwise is the front.
-    pub triangles: &'a [[u8; 3]],
+    /// Four indices `a b c d` into these vertices each, never of the padding: the triangles `a b c` and `a c d`, or one
+    /// where `c` and `d` are the same; counter-clockwise is the front.
+    pub quads: &'a [[u8; 4]],
 }
 
 impl ClusterGeometry<'_> {
+    /// The triangles, three indices each.
+    pub fn triangles(&self) -> impl Iterator<Item = [u8; 3]> {
+        self.quads.iter().flat_map(|&[a, b, c, d]| {
+            let other = (c != d).then_some([a, c, d]);
+            std::iter::once([a, b, c]).chain(other)
+        })
+    }
+
     /// The corners of a triangle, local units.
     pub fn corners(&self, triangle: [u8; 3]) -> [[f32; 3]; 3] {
         triangle.map(|i| [self.x, self.y, self.z].map(|axis| axis[usize::from(i)]))
@@ -115,7 +127,8 @@ pub struct ClusteredMesh {
     x: Vec<f32>,
     y: Vec<f32>,
     z: Vec<f32>,
-    triangles: Vec<[u8; 3]>,
+    quads: Vec<[u8; 4]>,
+    triangle_count: usize,
 }
 
 impl ClusteredMesh {
@@ -148,12 +161,12 @@ impl ClusteredMesh {
     pub fn geometry(&self, cluster: usize) -> ClusterGeometry<'_> {
         let cluster = &self.clusters[cluster];
         let vertices = cluster.first_vertex..cluster.first_vertex + cluster.padded_vertex_count();
-        let end = cluster.first_triangle + usize::from(cluster.triangle_count);
+        let end = cluster.first_quad + usize::from(cluster.quad_count);
         ClusterGeometry {
             x: &self.x[vertices.clone()],
             y: &self.y[vertices.clone()],
             z: &self.z[vertices],
-            triangles: &self.triangles[cluster.first_triangle..end],
+            quads: &self.quads[cluster.first_quad..end],
         }
     }
 
@@ -162,9 +175,9 @@ impl ClusteredMesh {
         [&self.x, &self.y, &self.z]
     }
 
-    /// All clusters' triangles, three indices each into the vertices of their own cluster.
-    pub fn triangles(&self) -> &[[u8; 3]] {
-        &self.triangles
+    /// How many triangles all clusters have.
+    pub fn triangle_count(&self) -> usize {
+        self.triangle_count
     }
 
     /// What the clusters and their geometry take, in bytes.
@@ -172,13 +185,13 @@ impl ClusteredMesh {
         size_of_val(self)
             + size_of_val(&self.clusters[..])
             + 3 * size_of_val(&self.x[..])
-            + size_of_val(&self.triangles[..])
+            + size_of_val(&self.quads[..])
     }
 
     fn append(&mut self, part: &Part) {
         self.clusters.push(Cluster {
             first_vertex: self.x.len(),
-            first_triangle: self.triangles.len(),
+            first_quad: self.quads.len(),
             ..part.cluster.clone()
         });
         let last = part.positions.last();
@@ -192,7 +205,8 @@ impl ClusteredMesh {
             self.y.push(y);
             self.z.push(z);
         }
-        self.triangles.extend(&part.triangles);
+        self.quads.extend(&part.quads);
+        self.triangle_count += usize::from(part.cluster.triangle_count);
     }
 }
 
@@ -213,7 +227,7 @@ fn occluding(mesh: &Mesh, double_sided: bool) -> Vec<usize> {
 struct Part {
     cluster: Cluster,
     positions: Vec<[f32; 3]>,
-    triangles: Vec<[u8; 3]>,
+    quads: Vec<[u8; 4]>,
 }
 
 impl Part {
@@ -224,12 +238,14 @@ impl Part {
             .map(|corners| corners.map(|c| positions.insert(c) as u8))
             .collect();
         let positions = positions.into_positions();
+        let quads = paired(&positions, &triangles);
         let LocalBox { min, max } = LocalBox::around(positions.iter().copied());
         let cluster = Cluster {
             first_vertex: 0,
-            first_triangle: 0,
+            first_quad: 0,
             vertex_count: positions.len() as u8,
             triangle_count: triangles.len() as u8,
+            quad_count: quads.len() as u8,
             double_sided,
             min,
             max,
@@ -240,7 +256,7 @@ impl Part {
         Part {
             cluster,
             positions,
-            triangles,
+            quads,
         }
     }
 }

@@ -16,6 +16,7 @@ mod local_box;
 mod normal_cone;
 mod partition;
 mod position_set;
+mod quads;
 
 pub use clustered_scene::{ClusteredScene, MemoryUse};
 pub use clusters::{

@@ -1,8 +1,8 @@
-//! The triangles of a cluster, ready to be filled.
+//! The polygons of a cluster, ready to be filled.
 
 use antumbra_simd::Level;
-use antumbra_simd::assemble::{Cluster, Drawing, Vertices, assemble};
-use antumbra_simd::spans::{SpanBlock, SpanTriangle};
+use antumbra_simd::assemble::{AssembleMemory, Cluster, Drawing, assemble};
+use antumbra_simd::spans::{SpanBlock, SpanPolygon};
 use antumbra_simd::triangle::{CullMode, Triangle};
 use antumbra_simd::vertex::{ClipVertex, ScreenTransform, transform};
 
@@ -13,13 +13,13 @@ use crate::view::PictureSize;
 /// Assembles clusters; keeps its buffers from one to the next.
 #[derive(Clone, Debug, Default)]
 pub struct ClusterAssembler {
-    vertices: Vertices,
-    to_clip: Vec<u8>,
-    clipped: Vec<SpanTriangle>,
+    memory: AssembleMemory,
+    to_clip: Vec<[u8; 3]>,
+    clipped: Vec<SpanPolygon>,
 }
 
 impl ClusterAssembler {
-    /// Appends a cluster's triangles that can cover a sample to `blocks`: first those that need no clipping, in their
+    /// Appends a cluster's polygons that can cover a sample to `blocks`: first those that need no clipping, in their
     /// order, then what is left of the others. Some that what is drawn already hides are left out.
     pub fn assemble(
         &mut self,
@@ -44,7 +44,7 @@ impl ClusterAssembler {
             level,
             cluster,
             drawing,
-            &mut self.vertices,
+            &mut self.memory,
             blocks,
             &mut self.to_clip,
         );
@@ -52,8 +52,8 @@ impl ClusterAssembler {
             return;
         }
         self.clipped.clear();
-        for &index in &self.to_clip {
-            let corners = cluster.triangles[usize::from(index)].map(|i| {
+        for &triangle in &self.to_clip {
+            let corners = triangle.map(|i| {
                 let i = usize::from(i);
                 transform(screen, [cluster.x[i], cluster.y[i], cluster.z[i]])
             });
@@ -63,7 +63,7 @@ impl ClusterAssembler {
             clip_triangle(corners, screen, |vertices| {
                 let triangle = Triangle::new(vertices, cull).and_then(|t| t.within(width, height));
                 self.clipped
-                    .extend(triangle.as_ref().map(SpanTriangle::from));
+                    .extend(triangle.as_ref().map(SpanPolygon::from));
             });
         }
         SpanBlock::pack(self.clipped.iter().copied(), blocks);

@@ -8,7 +8,7 @@ use antumbra_simd::PARTS_PER_TILE;
 use antumbra_simd::coverage::{PART_MASKS, rectangle_mask};
 use antumbra_simd::fill::{TileRows, fill};
 use antumbra_simd::query::{Covered, Rectangle, Tiles, is_behind_all};
-use antumbra_simd::spans::{BLOCK, SpanBlock, SpanTriangle};
+use antumbra_simd::spans::{BLOCK, SpanBlock, SpanPolygon};
 use antumbra_simd::tile::UNCOVERED;
 use antumbra_simd::triangle::Triangle;
 
@@ -117,7 +117,7 @@ impl TileBuffer {
     /// Fills triangles in order. The extents of all must lie within the picture.
     pub fn fill(&mut self, triangles: &[Triangle]) {
         let mut blocks = Vec::with_capacity(triangles.len().div_ceil(BLOCK));
-        SpanBlock::pack(triangles.iter().map(SpanTriangle::from), &mut blocks);
+        SpanBlock::pack(triangles.iter().map(SpanPolygon::from), &mut blocks);
         let in_a_pool = rayon::current_thread_index().is_some();
         let threads = if in_a_pool {
             rayon::current_num_threads()

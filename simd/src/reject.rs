@@ -1,0 +1,211 @@
+//! Which quadrilaterals of a cluster need no set-up: those that face away, that have no sample between their extremes, or
+//! that lie behind what is drawn already.
+//!
+//! Extents are found in f32, where coordinates on the grid are exact: a sample between the extremes is not lost. Areas
+//! are products, and found in f64.
+
+use fearless_simd::Simd;
+use fearless_simd::prelude::*;
+
+use crate::assemble::{Drawing, MOST_VERTICES, Vertices};
+use crate::set_up::coordinates;
+use crate::spans::BLOCK;
+use crate::triangle::CullMode;
+use crate::{SUBPIXELS, TILE_SIZE};
+
+/// The quadrilaterals of a list that were not set up: bit `i` for number `i`.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Left {
+    /// Those that cannot be drawn as one.
+    pub(crate) apart: u64,
+    /// Those with a vertex that cannot be used as it is.
+    pub(crate) outside: u64,
+}
+
+/// What is known of the quadrilaterals of a block before they are set up.
+pub(crate) struct Asked {
+    /// Those that may be drawn as one, and are not hidden.
+    pub(crate) whole: u64,
+    pub(crate) left: Left,
+}
+
+/// Which quadrilaterals of a block face the right way, have a sample between their extremes, and are not hidden by what
+/// is drawn already.
+#[inline(always)]
+pub(crate) fn reject<S: Simd>(
+    simd: S,
+    quads: &[[u8; 4]],
+    drawing: Drawing<'_>,
+    vertices: &Vertices,
+) -> Asked {
+    let mut places = [[[0.0; 2]; BLOCK]; 4];
+    for (i, quad) in quads.iter().enumerate() {
+        for (places, &vertex) in places.iter_mut().zip(quad) {
+            places[i] = vertices.place[usize::from(vertex) % MOST_VERTICES];
+        }
+    }
+    let mut left = Left::default();
+    let mut candidates = (1_u64 << quads.len()) - 1;
+    if vertices.inside != u128::MAX {
+        for (i, quad) in quads.iter().enumerate() {
+            let is_inside = quad.iter().all(|v| vertices.inside >> v & 1 == 1);
+            left.outside |= u64::from(!is_inside) << i;
+        }
+        candidates &= !left.outside;
+    }
+    let mut tiles = SmallExtents::default();
+    let (mut drawn, mut convex, mut small) = (0, 0, 0);
+    for lane in (0..BLOCK).step_by(S::f32s::LEN) {
+        let of_lanes = reject_lanes(simd, &places, lane, drawing, &mut tiles);
+        drawn |= of_lanes.drawn << lane;
+        convex |= of_lanes.convex << lane;
+        small |= of_lanes.small << lane;
+    }
+    drawn &= candidates;
+    left.apart = drawn & !convex;
+    let mut whole = drawn & convex;
+    let mut to_ask = whole & small;
+    while to_ask != 0 {
+        let i = to_ask.trailing_zeros() as usize;
+        to_ask &= to_ask - 1;
+        let first = tiles.first[i] as usize;
+        let right = first + tiles.to_right[i] as usize;
+        let down = tiles.down[i] as usize;
+        let shown = drawing.drawn;
+        // The rest is seldom asked for.
+        if shown.coverage[first] == u64::MAX && shown.coverage[right + down] == u64::MAX {
+            let [a, b, c, d] = quads[i].map(|v| vertices.depth[usize::from(v) % MOST_VERTICES]);
+            let nearest = greater(greater(a, b), greater(c, d)) as f32;
+            let hidden = [first, right, first + down, right + down]
+                .iter()
+                .all(|&tile| shown.is_full_before(tile, nearest));
+            whole &= !(u64::from(hidden) << i);
+        }
+    }
+    Asked { whole, left }
+}
+
+/// Where polygons lie that reach over no more than two columns and two rows of tiles.
+#[derive(Default)]
+struct SmallExtents {
+    /// The upper left tile.
+    first: [i32; BLOCK],
+    /// From there to the tile on the right.
+    to_right: [i32; BLOCK],
+    /// From there to the tile below.
+    down: [i32; BLOCK],
+}
+
+#[inline(always)]
+fn greater(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
+}
+
+/// What is known of the quadrilaterals in some lanes of a block: a bit for each.
+struct Lanes {
+    /// There may be a sample in one of the triangles.
+    drawn: u64,
+    /// No corner is turned inwards.
+    convex: u64,
+    /// [`SmallExtents`] has it.
+    small: u64,
+}
+
+/// Looks at the quadrilaterals from `lane` of a block, as many as a vector of f32 holds.
+#[inline(always)]
+fn reject_lanes<S: Simd>(
+    simd: S,
+    places: &[[[f32; 2]; BLOCK]; 4],
+    lane: usize,
+    drawing: Drawing<'_>,
+    tiles: &mut SmallExtents,
+) -> Lanes {
+    let [x0, y0] = coordinates::<S>(simd, &places[0], lane);
+    let [x1, y1] = coordinates::<S>(simd, &places[1], lane);
+    let [x2, y2] = coordinates::<S>(simd, &places[2], lane);
+    let [x3, y3] = coordinates::<S>(simd, &places[3], lane);
+    let per_subpixel = 1.0 / SUBPIXELS as f32;
+    let zero = S::f32s::splat(simd, 0.0);
+    let least_x = x0.min(x1).min(x2.min(x3));
+    let least_y = y0.min(y1).min(y2.min(y3));
+    let largest_x = x0.max(x1).max(x2.max(x3));
+    let largest_y = y0.max(y1).max(y2.max(y3));
+    let first_x = (least_x * per_subpixel - 0.5).ceil().max(zero);
+    let first_y = (least_y * per_subpixel - 0.5).ceil().max(zero);
+    let right = S::f32s::splat(simd, (drawing.width - 1) as f32);
+    let bottom = S::f32s::splat(simd, (drawing.height - 1) as f32);
+    let last_x = (largest_x * per_subpixel - 0.5).floor().min(right);
+    let last_y = (largest_y * per_subpixel - 0.5).floor().min(bottom);
+    let sampled = first_x.simd_le(last_x) & first_y.simd_le(last_y);
+
+    let per_sample = 1.0 / TILE_SIZE as f32;
+    let first_column = (first_x * per_sample).floor();
+    let first_row = (first_y * per_sample).floor();
+    let to_right = (last_x * per_sample).floor() - first_column;
+    let down = (last_y * per_sample).floor() - first_row;
+    let two = S::f32s::splat(simd, 2.0);
+    let small = to_right.simd_lt(two) & down.simd_lt(two) & sampled;
+    // Numbers of tiles are exact in f32: there are less than 2²⁴.
+    let across = drawing.drawn.across as f32;
+    let range = lane..(lane + S::f32s::LEN).min(BLOCK);
+    let first = small.select(first_row * across + first_column, zero);
+    store_whole::<S>(first, &mut tiles.first[range.clone()]);
+    store_whole::<S>(
+        small.select(to_right, zero),
+        &mut tiles.to_right[range.clone()],
+    );
+    store_whole::<S>(small.select(down * across, zero), &mut tiles.down[range]);
+
+    // From the first corner to the others.
+    let (ax, ay) = ((x1 - x0).widen(), (y1 - y0).widen());
+    let (bx, by) = ((x2 - x0).widen(), (y2 - y0).widen());
+    let (cx, cy) = ((x3 - x0).widen(), (y3 - y0).widen());
+    let cull = drawing.cull;
+    let low = facing::<S>(simd, [ax.0, ay.0], [bx.0, by.0], [cx.0, cy.0], cull);
+    let high = facing::<S>(simd, [ax.1, ay.1], [bx.1, by.1], [cx.1, cy.1], cull);
+    Lanes {
+        drawn: sampled.to_bitmask() & (low[0] | high[0] << S::f64s::LEN),
+        convex: low[1] | high[1] << S::f64s::LEN,
+        small: small.to_bitmask(),
+    }
+}
+
+#[inline(always)]
+fn store_whole<S: Simd>(v: S::f32s, into: &mut [i32]) {
+    let whole: S::i32s = v.to_int();
+    into.copy_from_slice(&whole.as_slice()[..into.len()]);
+}
+
+/// Of quadrilaterals, by what leads from the first corner to the others: which have a triangle that is drawn, and which
+/// of these may be drawn as one.
+#[inline(always)]
+fn facing<S: Simd>(
+    simd: S,
+    b: [S::f64s; 2],
+    c: [S::f64s; 2],
+    d: [S::f64s; 2],
+    cull: CullMode,
+) -> [u64; 2] {
+    let first = b[0] * c[1] - c[0] * b[1];
+    let second = c[0] * d[1] - d[0] * c[1];
+    let third = b[0] * d[1] - d[0] * b[1];
+    let fourth = first + second - third;
+    let zero = S::f64s::splat(simd, 0.0);
+    let clockwise =
+        first.simd_gt(zero) & second.simd_ge(zero) & third.simd_ge(zero) & fourth.simd_ge(zero);
+    let other_way =
+        first.simd_lt(zero) & second.simd_le(zero) & third.simd_le(zero) & fourth.simd_le(zero);
+    let backs = [
+        (first.simd_gt(zero) | second.simd_gt(zero)).to_bitmask(),
+        clockwise.to_bitmask(),
+    ];
+    let fronts = [
+        (first.simd_lt(zero) | second.simd_lt(zero)).to_bitmask(),
+        other_way.to_bitmask(),
+    ];
+    match cull {
+        CullMode::None => [backs[0] | fronts[0], backs[1] | fronts[1]],
+        CullMode::Back => fronts,
+        CullMode::Front => backs,
+    }
+}

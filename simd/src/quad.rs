@@ -26,7 +26,7 @@ pub(crate) const SLACK: [f64; 2] = [4.0 * DepthPlane::SLOPE_ERROR, 4.0 / (1_u64 
 
 /// A quadrilateral is drawn as one if the fourth corner is not farther from the plane of the others than this part of
 /// the range of depths.
-pub(crate) const BEND: f64 = 0.25;
+pub(crate) const BEND: f64 = 1.0;
 
 /// What can be done with a quadrilateral.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 /// Two triangles make a quadrilateral if the cosine between their normals is at least this. On falcon …
-const LEAST_COSINE: f64 = 0.95;
+const LEAST_COSINE: f64 = 0.8;
 
 /// Triangles as quadrilaterals `a b c d`: the triangles `a b c` and `a c d`, or one where `c` and `d` are the same. They
 /// stand where the first of their triangles stood.

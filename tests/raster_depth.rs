@@ -4,11 +4,12 @@ mod oracle;
 
 use antumbra::raster::{TileBuffer, for_each_sample};
 use antumbra::view::PictureSize;
-use antumbra_simd::GUARD_BAND;
 use antumbra_simd::coverage::PART_MASKS;
+use antumbra_simd::spans::SpanPolygon;
 use antumbra_simd::tile::UNCOVERED;
 use antumbra_simd::triangle::{CullMode, DepthPlane, Triangle};
 use antumbra_simd::vertex::ScreenVertex;
+use antumbra_simd::{GUARD_BAND, PART_HEIGHT, TILE_SIZE};
 use num_rational::BigRational;
 use oracle::{Chance, cases, vertex};
 use proptest::prelude::*;
@@ -98,17 +99,22 @@ proptest! {
     }
 
     #[test]
-    fn the_farthest_of_a_rectangle_is_the_least_of_its_samples(
-        corners in corners(), x in [0..SIZE.0, 0..SIZE.0], y in [0..SIZE.1, 0..SIZE.1],
-    ) {
-        let ordered = |s: [i32; 2]| [s[0].min(s[1]), s[0].max(s[1])];
-        let (x, y) = (ordered(x), ordered(y));
-        if let Some(t) = Triangle::new(corners, CullMode::None) {
-            let all = (y[0]..=y[1]).flat_map(|y| (x[0]..=x[1]).map(move |x| (x, y)));
-            let least = all.map(|(x, y)| t.depth.at(x, y)).fold(f32::INFINITY, f32::min);
-            prop_assert_eq!(t.depth.farthest_over(x, y), least);
+    fn a_tile_part_is_nowhere_nearer_than_its_samples(corners in corners()) {
+        if let Some(t) = set_up(corners) {
+            prop_assert_eq!(nearer_than_a_sample(&t), None);
         }
     }
+}
+
+/// A sample that is farther than what the triangle leaves in its tile part, if there is one.
+fn nearer_than_a_sample(t: &Triangle) -> Option<(i32, i32, f32)> {
+    let part_depth = SpanPolygon::from(t).depth;
+    samples(t).into_iter().find(|&(x, y, depth)| {
+        let first = y / PART_HEIGHT * PART_HEIGHT;
+        let rows = [first.max(t.y[0]), (first + PART_HEIGHT - 1).min(t.y[1])];
+        let bound = part_depth.over(x / TILE_SIZE, rows);
+        !(part_depth.farthest <= bound && bound <= depth)
+    })
 }
 
 proptest! {
@@ -229,9 +235,9 @@ fn a_part_is_never_nearer_than_the_nearest_occluder_at_any_of_its_pixels() {
     }
 }
 
-/// Where every triangle covers the whole part and no two overlap in depth, nothing is lost, in any order.
+/// Where every triangle covers the whole part and no two overlap in depth, nothing is lost but a rounding, in any order.
 #[test]
-fn a_part_is_exact_where_triangles_cover_it_one_behind_the_other() {
+fn a_part_is_as_near_as_its_samples_where_triangles_cover_it_one_behind_the_other() {
     let mut chance = Chance::seeded(22);
     let size = PictureSize::new(24, 16).unwrap();
     for round in 0..300 {
@@ -262,7 +268,11 @@ fn a_part_is_exact_where_triangles_cover_it_one_behind_the_other() {
         let pixels = depth_of_each_pixel(&triangles, size);
         for (tile, depths) in tiles.depths().iter().enumerate() {
             for (part, &depth) in depths.iter().enumerate() {
-                assert_eq!(Some(depth), truth_of_part(&pixels, size, tile, part));
+                let truth = truth_of_part(&pixels, size, tile, part).expect("it is covered");
+                assert!(
+                    (0.0..1e-5).contains(&(truth - depth)),
+                    "{depth}, not {truth}"
+                );
             }
         }
     }
@@ -292,11 +302,6 @@ fn enormous_depths_stay_between_their_vertices_and_keep_their_order() {
                 "{corners:?} at ({x}, {y}): {depth}"
             );
         }
-        let (x, y) = ([3, 9], [1, 12]);
-        let all = (y[0]..=y[1]).flat_map(|y| (x[0]..=x[1]).map(move |x| (x, y)));
-        let least = all
-            .map(|(x, y)| t.depth.at(x, y))
-            .fold(f32::INFINITY, f32::min);
-        assert_eq!(t.depth.farthest_over(x, y), least, "{corners:?}");
+        assert_eq!(nearer_than_a_sample(&t), None, "{corners:?}");
     }
 }

@@ -229,7 +229,7 @@ impl<'a, S: Simd> Question<'a, S> {
         let [first, end] = [self.to_short(first), self.to_short(end)];
         while tile <= last {
             let start = tile.min(self.across - tiles);
-            let mask = self.masks.between(first, end, start, tile);
+            let mask = self.masks.of_rows(first, end, start, tile);
             if !self.are_parts_hidden(mask, row, start, tile_y) {
                 return false;
             }

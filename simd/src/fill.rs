@@ -81,62 +81,70 @@ fn fill_vector<S: Simd>(simd: S, blocks: &[SpanBlock], rows: &mut TileRows<'_>) 
         return fill_plain(blocks, rows);
     }
     let mut filler = Filler::new(simd, rows);
-    let mut strips = [Strip::EMPTY; STRIPS];
-    let mut waiting = 0;
+    let mut waiting = Waiting {
+        strips: [Strip::EMPTY; STRIPS],
+        count: 0,
+    };
     for block in blocks {
         let mut left = block.present;
         while left != 0 {
             let i = left.trailing_zeros() as usize;
             left &= left - 1;
-            let t = Current::new(block, i);
-            let first = (t.y[0] / TILE_SIZE).max(filler.first_row);
-            let last = (t.y[1] / TILE_SIZE).min(filler.first_row + filler.rows - 1);
+            let polygon = Current::new(block, i);
+            let first = (polygon.y[0] / TILE_SIZE).max(filler.first_row);
+            let last = (polygon.y[1] / TILE_SIZE).min(filler.first_row + filler.rows - 1);
             for tile_y in first..=last {
-                if let Some(strip) = filler.strip(&t, tile_y) {
-                    strips[waiting] = strip;
-                    waiting += 1;
-                    if waiting == STRIPS {
-                        filler.merge_strips(&strips);
-                        waiting = 0;
-                    }
-                }
+                filler.find_strips(&polygon, tile_y, &mut waiting);
             }
         }
     }
-    filler.merge_strips(&strips[..waiting]);
+    filler.merge_strips(&mut waiting);
 }
 
 /// Strips that are found before they are merged. What a strip is takes a long chain of operations, and so does merging:
 /// taken in turns, each would wait for the other; in runs, several of a kind are under way at once.
 const STRIPS: usize = 32;
 
-/// Eight rows of samples of a triangle, ready to be merged.
+/// A strip has so many tiles at most, a multiple of what any vector holds: its columns fit a byte.
+const TILES_PER_STRIP: usize = 24;
+
+/// Eight rows of samples of a polygon, ready to be merged.
 #[derive(Clone, Copy)]
-struct Strip<'b> {
-    block: &'b SpanBlock,
-    i: usize,
-    /// The first covered column of each row.
-    first: [i16; 8],
-    /// The first column of each row, after those, that is not covered.
-    end: [i16; 8],
-    /// The depths of the farthest row of either half, where the plane starts.
-    halves: [f64; PARTS_PER_TILE],
+struct Strip {
+    /// The first covered column of each row, and then the first column of each, after those, that is not covered; counted
+    /// from the first tile.
+    ends: [u8; 16],
+    /// The depths over the halves of the polygon's first tile.
+    halves: [f32; PARTS_PER_TILE],
+    /// What one column of tiles adds.
+    per_tile: f32,
+    farthest: f32,
+    nearest: f32,
+    /// The polygon's first column of tiles.
+    first_tile: u32,
     /// Where the row of tiles begins.
-    row: usize,
+    row: u32,
     /// First and last tile.
-    tiles: [usize; 2],
+    tiles: [u32; 2],
 }
 
-impl Strip<'_> {
-    const EMPTY: Strip<'static> = Strip {
-        block: &SpanBlock::EMPTY,
-        i: 0,
-        first: [0; 8],
-        end: [0; 8],
+impl Strip {
+    const EMPTY: Strip = Strip {
+        ends: [0; 16],
         halves: [0.0; PARTS_PER_TILE],
+        per_tile: 0.0,
+        farthest: 0.0,
+        nearest: 0.0,
+        first_tile: 0,
         row: 0,
         tiles: [0; 2],
     };
+}
+
+/// Strips that wait to be merged.
+struct Waiting {
+    strips: [Strip; STRIPS],
+    count: usize,
 }
 
 /// What stays the same from triangle to triangle. A vector holds the parts of `S::f64s::LEN` tiles.
@@ -150,10 +158,10 @@ struct Filler<'a, S: Simd> {
     rows: i32,
     across: usize,
     masks: StripMasks<S>,
-    /// The columns of the parts' tiles, two parts each: for the lower lanes of a vector of depths, and the upper ones.
-    part_x: [S::f64s; 2],
+    /// The tiles of the parts, counted from the first.
+    part_tile: S::f32s,
     /// Whether a lane belongs to a lower part.
-    is_lower: S::mask64s,
+    is_lower: S::mask32s,
     row_numbers: f64x8<S>,
     row_numbers_short: i16x8<S>,
 }
@@ -171,69 +179,96 @@ impl<'a, S: Simd> Filler<'a, S> {
             first_row: rows.first_row,
             across: rows.across,
             masks: StripMasks::new(simd),
-            part_x: [0, S::f64s::LEN].map(|first| {
-                S::f64s::from_fn(simd, |i| {
-                    f64::from((first + i) as i32 / PARTS_PER_TILE as i32 * TILE_SIZE)
-                })
-            }),
-            is_lower: S::f64s::from_fn(simd, |i| (i % PARTS_PER_TILE) as f64)
-                .simd_gt(S::f64s::splat(simd, 0.0)),
+            part_tile: S::f32s::from_fn(simd, |i| (i / PARTS_PER_TILE) as f32),
+            is_lower: S::f32s::from_fn(simd, |i| (i % PARTS_PER_TILE) as f32)
+                .simd_gt(S::f32s::splat(simd, 0.0)),
             row_numbers: f64x8::from_fn(simd, |i| i as f64),
             row_numbers_short: i16x8::from_fn(simd, |i| i as i16),
         }
     }
 
-    /// A triangle's strip; none where it is hidden, or holds nothing.
+    /// Finds a polygon's strip in a row of tiles; none where it is hidden, or holds nothing.
     #[inline(always)]
-    fn strip<'b>(&self, t: &Current<'b>, tile_y: i32) -> Option<Strip<'b>> {
+    fn find_strips(&mut self, p: &Current<'_>, tile_y: i32, waiting: &mut Waiting) {
         let tiles = S::f64s::LEN;
         let y = tile_y * TILE_SIZE;
-        let [mut tile, mut last] = t.columns;
+        let [mut tile, mut last] = p.columns;
         if last - tile >= tiles {
-            [tile, last] = self.columns_of_strip(t, y);
+            [tile, last] = self.columns_of_strip(p, y);
         }
         let row = (tile_y - self.first_row) as usize * self.across;
         // Long runs of tiles are behind what they show already: that is known before anything else of the strip is.
-        while tile <= last && self.is_hidden(t.nearest, row, tile) {
+        while tile <= last && self.is_hidden(p.nearest, row, tile) {
             tile += tiles;
         }
         if tile > last {
-            return None;
+            return;
         }
-        let [first, end] = self.spans(t, y);
-        Some(Strip {
-            block: t.block,
-            i: t.i,
-            first: first.to_array(),
-            end: end.to_array(),
-            halves: [depth_of_half(t, y), depth_of_half(t, y + PART_HEIGHT)],
-            row,
-            tiles: [tile, last],
-        })
+        let [first, end] = self.spans(p, y);
+        let halves = [p.depth_of_half(y), p.depth_of_half(y + PART_HEIGHT)];
+        loop {
+            let until = last.min(tile + TILES_PER_STRIP - 1);
+            let from = tile.min(self.across - tiles);
+            let strip = &mut waiting.strips[waiting.count];
+            strip.ends = self.masks.ends_from(first, end, from).to_array();
+            strip.halves = halves;
+            strip.per_tile = p.per_tile;
+            strip.farthest = p.farthest;
+            strip.nearest = p.nearest;
+            strip.first_tile = p.columns[0] as u32;
+            strip.row = row as u32;
+            strip.tiles = [tile as u32, until as u32];
+            waiting.count += 1;
+            if waiting.count == STRIPS {
+                self.merge_strips(waiting);
+            }
+            if until == last {
+                return;
+            }
+            tile = until + 1;
+        }
+    }
+
+    /// A function of its own, since it is called from two places.
+    #[inline(always)]
+    fn merge_strips(&mut self, waiting: &mut Waiting) {
+        let simd = self.simd;
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                for strip in &waiting.strips[..waiting.count] {
+                    self.merge_strip(strip);
+                }
+                waiting.count = 0;
+            },
+        );
     }
 
     #[inline(always)]
-    fn merge_strips(&mut self, strips: &[Strip<'_>]) {
-        for strip in strips {
-            self.merge_strip(strip);
-        }
-    }
-
-    #[inline(always)]
-    fn merge_strip(&mut self, strip: &Strip<'_>) {
+    fn merge_strip(&mut self, strip: &Strip) {
         let simd = self.simd;
         let tiles = S::f64s::LEN;
-        let first = i16x8::load_array(simd, strip.first);
-        let end = i16x8::load_array(simd, strip.end);
+        let [mut tile, last] = strip.tiles.map(|tile| tile as usize);
+        let from = tile.min(self.across - tiles);
+        let mut first = self.masks.ends(&strip.ends[..8]);
+        let end = self.masks.ends(&strip.ends[8..]);
         let halves = self.is_lower.select(
-            S::f64s::splat(simd, strip.halves[1]),
-            S::f64s::splat(simd, strip.halves[0]),
+            S::f32s::splat(simd, strip.halves[1]),
+            S::f32s::splat(simd, strip.halves[0]),
         );
-        let [mut tile, last] = strip.tiles;
         loop {
             let start = tile.min(self.across - tiles);
-            let mask = self.masks.between(first, end, start, tile);
-            self.merge(strip, halves, mask, start);
+            if start < tile {
+                // At the end of the row, some tiles of the vector have had theirs.
+                first = self.masks.not_before(first, tile - from);
+            }
+            let mask = self.masks.between(first, end, start - from);
+            let number = start as f32 - strip.first_tile as f32;
+            let depth = halves + (self.part_tile + number) * strip.per_tile;
+            let depth = depth
+                .max(S::f32s::splat(simd, strip.farthest))
+                .min(S::f32s::splat(simd, strip.nearest));
+            self.merge(mask, depth, strip.row as usize + start);
             tile += tiles;
             if tile > last {
                 return;
@@ -254,31 +289,31 @@ impl<'a, S: Simd> Filler<'a, S> {
 
     /// The first covered column of each of eight rows, and the first one not covered after it.
     #[inline(always)]
-    fn spans(&self, t: &Current<'_>, y: i32) -> [i16x8<S>; 2] {
+    fn spans(&self, p: &Current<'_>, y: i32) -> [i16x8<S>; 2] {
         let simd = self.simd;
         let rows = self.row_numbers + f64::from(y);
-        let v0 = rows * t.slope[0] + t.at_zero[0];
-        let v1 = rows * t.slope[1] + t.at_zero[1];
-        let v2 = rows * t.slope[2] + t.at_zero[2];
-        let v3 = rows * t.slope[3] + t.at_zero[3];
-        let (first, end) = match t.lower {
+        let v0 = rows * p.slope[0] + p.at_zero[0];
+        let v1 = rows * p.slope[1] + p.at_zero[1];
+        let v2 = rows * p.slope[2] + p.at_zero[2];
+        let v3 = rows * p.slope[3] + p.at_zero[3];
+        let (first, end) = match p.lower {
             1 => (v0, v1.min(v2).min(v3)),
             2 => (v0.max(v1), v2.min(v3)),
             _ => (v0.max(v1).max(v2), v3),
         };
-        let (first, end) = (self.columns(t, first), self.columns(t, end));
+        let (first, end) = (self.columns(p, first), self.columns(p, end));
         // Rows below the picture's end.
         let inside = self
             .row_numbers_short
-            .simd_le(i16x8::splat(simd, (t.y[1] - y).min(TILE_SIZE) as i16));
+            .simd_le(i16x8::splat(simd, (p.y[1] - y).min(TILE_SIZE) as i16));
         [first, inside.select(end, i16x8::splat(simd, 0))]
     }
 
     #[inline(always)]
-    fn columns(&self, t: &Current<'_>, v: f64x8<S>) -> i16x8<S> {
+    fn columns(&self, p: &Current<'_>, v: f64x8<S>) -> i16x8<S> {
         let simd = self.simd;
-        let least = f64x8::splat(simd, t.x[0] - 0.25);
-        let largest = f64x8::splat(simd, t.x[1] + 0.75);
+        let least = f64x8::splat(simd, p.x[0] - 0.25);
+        let largest = f64x8::splat(simd, p.x[1] + 0.75);
         let (low, high) = simd.split_f64x8(v.max(least).min(largest).ceil());
         let (low, high) = simd.split_i32x8(simd.cvt_i32_f32x8(low.narrow(high)));
         low.relaxed_narrow(high)
@@ -286,54 +321,33 @@ impl<'a, S: Simd> Filler<'a, S> {
 
     /// First and last tile of a strip that may hold a covered sample.
     #[inline(always)]
-    fn columns_of_strip(&self, t: &Current<'_>, y: i32) -> [usize; 2] {
-        let top = f64::from(y.max(t.y[0]));
-        let bottom = f64::from((y + TILE_SIZE - 1).min(t.y[1]));
+    fn columns_of_strip(&self, p: &Current<'_>, y: i32) -> [usize; 2] {
+        let top = f64::from(y.max(p.y[0]));
+        let bottom = f64::from((y + TILE_SIZE - 1).min(p.y[1]));
         let mut at = [[0.0; 2]; EDGES];
-        for ((at, slope), zero) in at.iter_mut().zip(t.slope).zip(t.at_zero) {
+        for ((at, slope), zero) in at.iter_mut().zip(p.slope).zip(p.at_zero) {
             let (above, below) = (slope * top + zero, slope * bottom + zero);
             *at = [lesser(above, below), greater(above, below)];
         }
-        let (first, last) = match t.lower {
+        let (first, last) = match p.lower {
             1 => (at[0][0], lesser(lesser(at[1][1], at[2][1]), at[3][1])),
             2 => (greater(at[0][0], at[1][0]), lesser(at[2][1], at[3][1])),
             _ => (greater(greater(at[0][0], at[1][0]), at[2][0]), at[3][1]),
         };
-        let first = greater(first, t.x[0]);
-        let last = lesser(last, t.x[1]);
+        let first = greater(first, p.x[0]);
+        let last = lesser(last, p.x[1]);
         // Where there is nothing, the last comes out before the first.
         [
-            to_tile(lesser(first, t.x[1] + 8.0)),
+            to_tile(lesser(first, p.x[1] + 8.0)),
             to_tile(greater(last, 0.0)),
         ]
     }
 
+    /// Merges the samples `mask`, in parts at these depths, into the tiles from `tile`.
     #[inline(always)]
-    fn depth_of_parts(&self, strip: &Strip<'_>, halves: S::f64s, x: S::f64s) -> S::f64s {
-        let (block, i) = (strip.block, strip.i);
-        let x = x
-            .max(S::f64s::splat(self.simd, block.x[0][i]))
-            .min(S::f64s::splat(self.simd, block.x[1][i]));
-        (x - block.origin_x[i]) * block.slope_x[i] + halves
-    }
-
-    /// Merges the samples `mask` of tiles from `start` in a strip's row.
-    #[inline(always)]
-    fn merge(&mut self, strip: &Strip<'_>, halves: S::f64s, mask: S::u32s, start: usize) {
+    fn merge(&mut self, mask: S::u32s, depth: S::f32s, tile: usize) {
         let simd = self.simd;
-        let (block, i) = (strip.block, strip.i);
-        let at = (strip.row + start) * PARTS_PER_TILE;
-        // The farthest corner of each part, in the order of operations of `DepthPlane::at`.
-        let right = if block.slope_x[i] < 0.0 { 7.0 } else { 0.0 };
-        let column = f64::from((start as i32) * TILE_SIZE) + right;
-        let low = self.depth_of_parts(strip, halves, self.part_x[0] + column);
-        let high = self.depth_of_parts(strip, halves, self.part_x[1] + column);
-        let depth: S::f32s = low.narrow(high);
-        let nearest = S::f32s::splat(simd, block.nearest[i] as f32);
-        let farthest = S::f32s::splat(simd, block.farthest[i] as f32);
-        let not_farther = depth.simd_gt(farthest).select(depth, farthest);
-        let depth = depth.simd_gt(nearest).select(nearest, not_farther);
-
+        let at = tile * PARTS_PER_TILE;
         let range = at..at + S::u32s::LEN;
         let coverage = S::u32s::from_slice(simd, &self.coverage[range.clone()]);
         let near_samples = S::u32s::from_slice(simd, &self.near_samples[range.clone()]);
@@ -393,20 +407,7 @@ fn to_index(v: f64) -> usize {
     ((v + (1_u64 << 52) as f64).to_bits() & 0xffff) as usize
 }
 
-/// The depth of the farthest row of a half, where the plane starts: see
-/// [`DepthPlane::farthest_over`](crate::triangle::DepthPlane::farthest_over).
-#[inline(always)]
-fn depth_of_half(t: &Current<'_>, first: i32) -> f64 {
-    let (block, i) = (t.block, t.i);
-    let row = if block.slope_y[i] < 0.0 {
-        (first + PART_HEIGHT - 1).min(t.y[1])
-    } else {
-        first.max(t.y[0])
-    };
-    block.depth[i] + block.slope_y[i] * (f64::from(row) - block.origin_y[i])
-}
-
-/// The triangle whose strips are being found.
+/// The polygon whose strips are being found.
 struct Current<'b> {
     block: &'b SpanBlock,
     i: usize,
@@ -417,6 +418,8 @@ struct Current<'b> {
     y: [i32; 2],
     /// First and last column of tiles.
     columns: [usize; 2],
+    per_tile: f32,
+    farthest: f32,
     nearest: f32,
 }
 
@@ -424,19 +427,33 @@ impl<'b> Current<'b> {
     #[inline(always)]
     fn new(block: &'b SpanBlock, i: usize) -> Current<'b> {
         Current {
+            slope: block.slope.map(|edge| edge[i]),
+            at_zero: block.at_zero.map(|edge| edge[i]),
+            lower: block.lower[i],
             x: [block.x[0][i], block.x[1][i]],
             y: [
                 to_index(block.y[0][i]) as i32,
                 to_index(block.y[1][i]) as i32,
             ],
             columns: [to_tile(block.x[0][i]), to_tile(block.x[1][i])],
-            nearest: block.nearest[i] as f32,
-            slope: block.slope.map(|edge| edge[i]),
-            at_zero: block.at_zero.map(|edge| edge[i]),
-            lower: block.lower[i],
+            per_tile: block.per_tile[i],
+            farthest: block.farthest[i],
+            nearest: block.nearest[i],
             block,
             i,
         }
+    }
+
+    /// The depth over a half of the first tile: [`PartDepth::over`](crate::part_depth::PartDepth::over).
+    #[inline(always)]
+    fn depth_of_half(&self, first: i32) -> f32 {
+        let per_row = self.block.per_row[self.i];
+        let row = if per_row < 0.0 {
+            (first + PART_HEIGHT - 1).min(self.y[1])
+        } else {
+            first.max(self.y[0])
+        };
+        self.block.at[self.i] + per_row * (row - self.y[0]) as f32
     }
 }
 

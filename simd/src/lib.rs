@@ -14,6 +14,7 @@
 //! | [`assemble`] | all of these for a cluster: what needs no set-up (`reject`), and the rest (`set_up`) |
 //! | [`coverage`] | which of a tile's 64 pixel centres a triangle covers |
 //! | [`spans`] | a polygon's edges solved for x: an interval of columns for each row |
+//! | [`part_depth`] | a polygon's depth over the parts of tiles |
 //! | [`tile`] | merges a polygon into a tile's coverage and depth |
 //! | [`fill`] | fills polygons into rows of tiles |
 //! | [`pyramid`] | averages four cells of an occlusion map into one |
@@ -36,6 +37,7 @@ pub mod fill;
 pub mod glance;
 mod level;
 pub mod outline;
+pub mod part_depth;
 pub mod projected;
 pub mod pyramid;
 pub mod quad;

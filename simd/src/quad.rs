@@ -10,22 +10,17 @@
 //! If no corner is turned inwards on the grid, the samples of the two triangles are those of the quadrilateral: the rule
 //! for samples on edges is that of a sample moved by next to nothing to the lower right, and such a sample is on no edge.
 //!
-//! Its depth is the plane of the first triangle, put back by as much as the other corner lies behind it, so that at
-//! every sample it is not nearer than what the sample's own triangle writes. With `e` the error of a
-//! depth formula ([`DepthPlane`]), what the plane is off at `d`, what it is off at a sample and what the triangle's own
-//! formula is off there are `3e` together; [`SLACK`] stands for `4e`.
+//! Its depth is the plane of the first triangle, put back by as much as the other corner lies behind it: at every sample
+//! it is not nearer than the sample's own triangle, but for rounding, which [`PartDepth`] makes up for.
 
+use crate::part_depth::PartDepth;
 use crate::spans::{SpanPolygon, Spans};
 use crate::triangle::{CullMode, DepthPlane, Edge, SLIVER};
 use crate::vertex::ScreenVertex;
 use crate::{SUBPIXELS, triangle};
 
-/// By how much a quadrilateral's plane is put back for rounding: as a part of the range of its depths, and as a part of
-/// the largest.
-pub(crate) const SLACK: [f64; 2] = [4.0 * DepthPlane::SLOPE_ERROR, 4.0 / (1_u64 << 50) as f64];
-
-/// A quadrilateral is drawn as one if the fourth corner is not farther from the plane of the others than this part of
-/// the range of depths.
+/// A quadrilateral is drawn as one if the fourth corner is not farther from the plane of the others than this many times
+/// the range of depths. With a quarter castle takes 3 % more instructions and Sponza 5, and culling gains nothing.
 pub(crate) const BEND: f64 = 1.0;
 
 /// What can be done with a quadrilateral.
@@ -66,7 +61,10 @@ impl Quad {
         if !is_convex || cull.leaves_out(first) {
             return Quad::Apart;
         }
-        let Some(depth) = depth_over(corners, first, second) else {
+        let extent =
+            |[a, b, c, d]: [i32; 4]| f64::from(a.max(b).max(c).max(d) - a.min(b).min(c).min(d));
+        let extent = [extent(xs), extent(ys)];
+        let Some(plane) = plane_of(corners, extent, first, second) else {
             return Quad::Apart;
         };
         // Clockwise.
@@ -80,7 +78,7 @@ impl Quad {
             ]),
             x,
             y,
-            depth,
+            depth: PartDepth::new(&plane, extent, x, y),
         })
     }
 }
@@ -91,8 +89,14 @@ fn samples(v: [i32; 4], count: i32) -> [i32; 2] {
     [first.max(0), last.min(count - 1)]
 }
 
-/// The depth of a quadrilateral whose triangles have these areas; none if they have to be drawn one by one.
-fn depth_over(corners: [ScreenVertex; 4], first: i64, second: i64) -> Option<DepthPlane> {
+/// The plane of a quadrilateral with an extent in sub-pixels, whose triangles have these areas; none if they have to be
+/// drawn one by one.
+fn plane_of(
+    corners: [ScreenVertex; 4],
+    extent: [f64; 2],
+    first: i64,
+    second: i64,
+) -> Option<DepthPlane> {
     let [a, b, c, d] = corners;
     let mut plane = DepthPlane::through([a, b, c], first);
     if c == d {
@@ -100,22 +104,16 @@ fn depth_over(corners: [ScreenVertex; 4], first: i64, second: i64) -> Option<Dep
     }
     let lesser = |a: f64, b: f64| if b < a { b } else { a };
     let greater = |a: f64, b: f64| if b > a { b } else { a };
-    let extent = |v: [i32; 4]| {
-        let [a, b, c, d] = v;
-        f64::from(a.max(b).max(c).max(d) - a.min(b).min(c).min(d))
-    };
-    let box_area = extent(corners.map(|v| v.x)) * extent(corners.map(|v| v.y));
-    let is_sliver = box_area > SLIVER * lesser(first.abs() as f64, second.abs() as f64);
+    let smaller = lesser(first.abs() as f64, second.abs() as f64);
+    let is_sliver = extent[0] * extent[1] > SLIVER * smaller;
     plane.farthest = lesser(plane.farthest, d.depth);
     plane.nearest = greater(plane.nearest, d.depth);
     let per_subpixel = 1.0 / f64::from(SUBPIXELS);
     let there = (plane.depth + plane.slope_y * (f64::from(d.y - a.y) * per_subpixel))
         + plane.slope_x * (f64::from(d.x - a.x) * per_subpixel);
     let behind = there - d.depth;
-    let range = plane.nearest - plane.farthest;
-    let slack = range * SLACK[0] + greater(plane.nearest.abs(), plane.farthest.abs()) * SLACK[1];
     // Not for a NaN either.
-    let is_flat = behind.abs() <= range * BEND + slack;
-    plane.depth -= greater(behind, 0.0) + slack;
+    let is_flat = behind.abs() <= (plane.nearest - plane.farthest) * BEND;
+    plane.depth -= greater(behind, 0.0);
     (is_flat && !is_sliver).then_some(plane)
 }

@@ -5,11 +5,12 @@
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
-use crate::SUBPIXELS;
 use crate::assemble::{Drawing, MOST_VERTICES, Vertices};
-use crate::quad::{BEND, SLACK};
+use crate::part_depth::{LARGEST, ROUNDING};
+use crate::quad::BEND;
 use crate::spans::{BLOCK, EDGES, EXCHANGES, HORIZONTAL, SpanBlock};
 use crate::triangle::SLIVER;
+use crate::{SUBPIXELS, TILE_SIZE};
 
 /// Appends a block of the quadrilaterals of a list that are named; names those that cannot be drawn as one.
 #[inline(always)]
@@ -155,6 +156,13 @@ struct Corners<S: Simd> {
     y: [S::f64s; 4],
 }
 
+/// Rounds to f32; there is one zero only.
+#[inline(always)]
+fn store_narrow<S: Simd>(v: S::f64s, into: &mut [f32]) {
+    let narrow: S::f32s = v.narrow(v) + 0.0;
+    into.copy_from_slice(&narrow.as_slice()[..S::f64s::LEN]);
+}
+
 /// Sets up the quadrilaterals from place `first` of a block: [`Quad::new`]. Says which can be drawn as one.
 #[inline(always)]
 fn set_up<S: Simd>(
@@ -184,7 +192,7 @@ fn set_up<S: Simd>(
     first_y.store_slice(&mut block.y[0][range.clone()]);
     last_y.store_slice(&mut block.y[1][range.clone()]);
 
-    // The depth plane: `DepthPlane::through`, and `depth_over` of a quadrilateral.
+    // The plane: `DepthPlane::through`, and `plane_of` a quadrilateral.
     let d0 = S::f64s::from_slice(simd, &depths[0][range.clone()]);
     let d1 = S::f64s::from_slice(simd, &depths[1][range.clone()]);
     let d2 = S::f64s::from_slice(simd, &depths[2][range.clone()]);
@@ -197,7 +205,8 @@ fn set_up<S: Simd>(
     let is_triangle = x2.simd_eq(x3) & y2.simd_eq(y3) & d2.simd_eq(d3);
     let smaller_area = least::<S>(area.abs(), other_area.abs());
     let smaller_area = is_triangle.select(area.abs(), smaller_area);
-    let is_sliver = ((largest_x - least_x) * (largest_y - least_y)).simd_gt(smaller_area * SLIVER);
+    let (across, down) = (largest_x - least_x, largest_y - least_y);
+    let is_sliver = (across * down).simd_gt(smaller_area * SLIVER);
     let farthest = least::<S>(least::<S>(least::<S>(d0, d1), d2), d3);
     let nearest = largest::<S>(largest::<S>(largest::<S>(d0, d1), d2), d3);
     let per_sample = S::f64s::splat(simd, f64::from(SUBPIXELS)) / area;
@@ -205,24 +214,40 @@ fn set_up<S: Simd>(
     let slope_y = ((d2 - d0) * bx - (d1 - d0) * cx) * per_sample;
     let there = (d0 + slope_y * (dy * per_subpixel)) + slope_x * (dx * per_subpixel);
     let behind = there - d3;
-    let depth_range = nearest - farthest;
-    let most = largest::<S>(nearest.abs(), farthest.abs());
-    let slack = depth_range * SLACK[0] + most * SLACK[1];
-    let is_flat = behind.abs().simd_le(depth_range * BEND + slack);
-    let depth = d0 - (largest::<S>(behind, zero) + slack);
-    let depth = is_triangle.select(is_sliver.select(farthest, d0), depth);
-    depth.store_slice(&mut block.depth[range.clone()]);
-    is_sliver
-        .select(zero, slope_x)
-        .store_slice(&mut block.slope_x[range.clone()]);
-    is_sliver
-        .select(zero, slope_y)
-        .store_slice(&mut block.slope_y[range.clone()]);
+    let is_flat = behind.abs().simd_le((nearest - farthest) * BEND);
+    let depth = is_triangle.select(
+        is_sliver.select(farthest, d0),
+        d0 - largest::<S>(behind, zero),
+    );
+    let slope_x = is_sliver.select(zero, slope_x);
+    let slope_y = is_sliver.select(zero, slope_y);
+
+    // `PartDepth::new`.
+    let (per_tile, tile) = (1.0 / f64::from(TILE_SIZE), f64::from(TILE_SIZE));
+    let first_tile = (first_x * per_tile).floor();
+    let is_column = first_tile.simd_eq((last_x * per_tile).floor());
+    let left = is_column.select(first_x, first_tile * tile);
+    let right = is_column.select(last_x, first_tile * tile + (tile - 1.0));
+    let column = slope_x.simd_lt(zero).select(right, left);
     let half = f64::from(SUBPIXELS / 2);
-    ((x0 - half) * per_subpixel).store_slice(&mut block.origin_x[range.clone()]);
-    ((y0 - half) * per_subpixel).store_slice(&mut block.origin_y[range.clone()]);
-    farthest.store_slice(&mut block.farthest[range.clone()]);
-    nearest.store_slice(&mut block.nearest[range.clone()]);
+    let (origin_x, origin_y) = ((x0 - half) * per_subpixel, (y0 - half) * per_subpixel);
+    let most = (largest::<S>(nearest.abs(), farthest.abs())
+        + slope_x.abs() * (across * per_subpixel + 16.0))
+        + slope_y.abs() * (down * per_subpixel + 16.0);
+    let at = (depth + slope_y * (first_y - origin_y)) + slope_x * (column - origin_x);
+    let is_sloped = most.simd_le(S::f64s::splat(simd, LARGEST));
+    let at = is_sloped.select(at - most * ROUNDING, farthest);
+    store_narrow::<S>(at, &mut block.at[range.clone()]);
+    store_narrow::<S>(
+        is_sloped.select(slope_y, zero),
+        &mut block.per_row[range.clone()],
+    );
+    store_narrow::<S>(
+        is_sloped.select(slope_x * tile, zero),
+        &mut block.per_tile[range.clone()],
+    );
+    store_narrow::<S>(farthest, &mut block.farthest[range.clone()]);
+    store_narrow::<S>(nearest, &mut block.nearest[range.clone()]);
 
     // The edges, clockwise.
     let turn = area.simd_lt(zero);

@@ -11,7 +11,8 @@
 
 use crate::TILE_SIZE;
 use crate::coverage::rectangle_mask;
-use crate::triangle::{DepthPlane, Edge, Triangle};
+use crate::part_depth::PartDepth;
+use crate::triangle::{Edge, Triangle};
 
 /// Edges of a polygon: of a quadrilateral, or of a triangle and one that is inside everywhere.
 pub const EDGES: usize = 4;
@@ -85,17 +86,21 @@ pub struct SpanPolygon {
     /// First and last row of samples that can be covered, within the picture.
     pub y: [i32; 2],
     /// Its depth.
-    pub depth: DepthPlane,
+    pub depth: PartDepth,
 }
 
 impl From<&Triangle> for SpanPolygon {
     /// The triangle's extents must lie within the picture.
     fn from(t: &Triangle) -> SpanPolygon {
+        // One of three edges is as wide as all, and one as high.
+        let [across, down] = t.edges.iter().fold([0, 0], |[across, down], e| {
+            [across.max(e.b.abs()), down.max(e.a.abs())]
+        });
         SpanPolygon {
             spans: Spans::between(&[t.edges[0], t.edges[1], t.edges[2], Edge::EVERYWHERE]),
             x: t.x,
             y: t.y,
-            depth: t.depth,
+            depth: PartDepth::new(&t.depth, [across, down].map(|e| e as f64), t.x, t.y),
         }
     }
 }
@@ -140,20 +145,16 @@ pub struct SpanBlock {
     pub x: [[f64; BLOCK]; 2],
     /// First and last rows.
     pub y: [[f64; BLOCK]; 2],
-    /// Columns that the depth planes start from.
-    pub origin_x: [f64; BLOCK],
-    /// Rows that the depth planes start from.
-    pub origin_y: [f64; BLOCK],
-    /// Depths there.
-    pub depth: [f64; BLOCK],
-    /// What one sample to the right adds.
-    pub slope_x: [f64; BLOCK],
-    /// What one sample down adds.
-    pub slope_y: [f64; BLOCK],
+    /// The depths in the first rows and columns of tiles; see [`PartDepth`].
+    pub at: [f32; BLOCK],
+    /// What one row of samples adds.
+    pub per_row: [f32; BLOCK],
+    /// What one column of tiles adds.
+    pub per_tile: [f32; BLOCK],
     /// The least of each polygon's depths.
-    pub farthest: [f64; BLOCK],
+    pub farthest: [f32; BLOCK],
     /// The largest of each polygon's depths.
-    pub nearest: [f64; BLOCK],
+    pub nearest: [f32; BLOCK],
 }
 
 impl SpanBlock {
@@ -165,11 +166,9 @@ impl SpanBlock {
         lower: [0; BLOCK],
         x: [[0.0; BLOCK]; 2],
         y: [[0.0; BLOCK]; 2],
-        origin_x: [0.0; BLOCK],
-        origin_y: [0.0; BLOCK],
-        depth: [0.0; BLOCK],
-        slope_x: [0.0; BLOCK],
-        slope_y: [0.0; BLOCK],
+        at: [0.0; BLOCK],
+        per_row: [0.0; BLOCK],
+        per_tile: [0.0; BLOCK],
         farthest: [0.0; BLOCK],
         nearest: [0.0; BLOCK],
     };
@@ -184,14 +183,14 @@ impl SpanBlock {
             },
             x: self.x.map(|x| x[i] as i32),
             y: self.y.map(|y| y[i] as i32),
-            depth: DepthPlane {
-                origin_x: self.origin_x[i],
-                origin_y: self.origin_y[i],
-                depth: self.depth[i],
-                slope_x: self.slope_x[i],
-                slope_y: self.slope_y[i],
+            depth: PartDepth {
+                at: self.at[i],
+                per_row: self.per_row[i],
+                per_tile: self.per_tile[i],
                 farthest: self.farthest[i],
                 nearest: self.nearest[i],
+                first_row: self.y[0][i] as i32,
+                first_tile: self.x[0][i] as i32 / TILE_SIZE,
             },
         }
     }
@@ -208,11 +207,9 @@ impl SpanBlock {
             self.x[end][i] = f64::from(t.x[end]);
             self.y[end][i] = f64::from(t.y[end]);
         }
-        self.origin_x[i] = t.depth.origin_x;
-        self.origin_y[i] = t.depth.origin_y;
-        self.depth[i] = t.depth.depth;
-        self.slope_x[i] = t.depth.slope_x;
-        self.slope_y[i] = t.depth.slope_y;
+        self.at[i] = t.depth.at;
+        self.per_row[i] = t.depth.per_row;
+        self.per_tile[i] = t.depth.per_tile;
         self.farthest[i] = t.depth.farthest;
         self.nearest[i] = t.depth.nearest;
     }

@@ -5,7 +5,7 @@
 //! tile's word has it.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, i16x8, u8x16};
+use fearless_simd::{Simd, i16x8, u8x16, u16x8};
 
 use crate::TILE_SIZE;
 
@@ -31,30 +31,59 @@ impl<S: Simd> StripMasks<S> {
         }
     }
 
+    /// The ends of eight rows as bytes, counted from tile `from`: first columns, and then first columns after those.
+    #[inline(always)]
+    pub(crate) fn ends_from(&self, first: i16x8<S>, end: i16x8<S>, from: usize) -> u8x16<S> {
+        let first: u16x8<S> = self.counted_from(first, from).bitcast();
+        let end: u16x8<S> = self.counted_from(end, from).bitcast();
+        first.relaxed_narrow(end)
+    }
+
+    #[inline(always)]
+    fn counted_from(&self, v: i16x8<S>, from: usize) -> i16x8<S> {
+        let column = i16x8::splat(self.simd, (from * TILE_SIZE as usize) as i16);
+        let none = i16x8::splat(self.simd, 0);
+        let most = i16x8::splat(self.simd, i16::from(u8::MAX));
+        (v - column).max(none).min(most)
+    }
+
+    /// Eight bytes, for every tile.
+    #[inline(always)]
+    pub(crate) fn ends(&self, bytes: &[u8]) -> S::u8s {
+        let mut both = [0; 16];
+        both[..8].copy_from_slice(bytes);
+        both[8..].copy_from_slice(bytes);
+        S::u8s::block_splat(u8x16::load_array(self.simd, both))
+    }
+
     /// The samples of the tiles from `start` on, of each row from its column in `first` to before that in `end`; none
     /// left of tile `from`.
     #[inline(always)]
-    pub(crate) fn between(
+    pub(crate) fn of_rows(
         &self,
         first: i16x8<S>,
         end: i16x8<S>,
         start: usize,
         from: usize,
     ) -> S::u32s {
-        let before = self.bits_below(first, start, from - start);
-        let until = self.bits_below(end, start, 0);
-        (until & !before).bitcast()
+        let first: u16x8<S> = self.counted_from(first, start).bitcast();
+        let end: u16x8<S> = self.counted_from(end, start).bitcast();
+        let first = S::u8s::block_splat(first.relaxed_narrow(first));
+        let end = S::u8s::block_splat(end.relaxed_narrow(end));
+        self.between(self.not_before(first, from - start), end, 0)
     }
 
-    /// For each row of the tiles from `start`: the columns before `v`, and all of those of the first `skip` tiles.
+    /// First columns, none of them before a tile.
     #[inline(always)]
-    fn bits_below(&self, v: i16x8<S>, start: usize, skip: usize) -> S::u8s {
-        let simd = self.simd;
-        let column = i16x8::splat(simd, (start * TILE_SIZE as usize) as i16);
-        let least = i16x8::splat(simd, (skip * TILE_SIZE as usize) as i16);
-        let v = (v - column).max(least).min(i16x8::splat(simd, 64));
-        let bytes: u8x16<S> = v.relaxed_narrow(v).bitcast();
-        self.of_tiles(S::u8s::block_splat(bytes))
+    pub(crate) fn not_before(&self, first: S::u8s, tile: usize) -> S::u8s {
+        first.max(S::u8s::splat(self.simd, (tile * TILE_SIZE as usize) as u8))
+    }
+
+    /// The samples of the tiles from `start` on, of each row from its column in `first` to before that in `end`.
+    #[inline(always)]
+    pub(crate) fn between(&self, first: S::u8s, end: S::u8s, start: usize) -> S::u32s {
+        let columns = self.tile_column + (start * TILE_SIZE as usize) as u8;
+        (self.of_tiles(end, columns) & !self.of_tiles(first, columns)).bitcast()
     }
 
     /// The samples of the tiles from `start` on in columns `x`, ends included, of every row.
@@ -64,14 +93,19 @@ impl<S: Simd> StripMasks<S> {
         // There are at most eight tiles.
         let before = S::u8s::splat(self.simd, (x[0] - from).max(0) as u8);
         let until = S::u8s::splat(self.simd, (x[1] + 1 - from).min(64) as u8);
-        (self.of_tiles(until) & !self.of_tiles(before)).bitcast()
+        let (before, until) = (
+            self.of_tiles(before, self.tile_column),
+            self.of_tiles(until, self.tile_column),
+        );
+        (until & !before).bitcast()
     }
 
+    /// For each row of tiles that begin at `tiles`: the columns before those given.
     #[inline(always)]
-    fn of_tiles(&self, columns: S::u8s) -> S::u8s {
+    fn of_tiles(&self, columns: S::u8s, tiles: S::u8s) -> S::u8s {
         let of_tile = columns
-            .saturating_sub(self.tile_column)
-            .min(S::u8s::splat(self.simd, 8));
+            .saturating_sub(tiles)
+            .min(S::u8s::splat(self.simd, TILE_SIZE as u8));
         self.low_bits.swizzle_dyn_within_blocks(of_tile)
     }
 }

@@ -36,26 +36,18 @@ pub struct TileMut<'a> {
     pub near: &'a mut [f32; PARTS_PER_TILE],
 }
 
-/// Merges the samples `mask` of a triangle, all in tile (`tile_x`, `tile_y`), into the tile.
+/// Merges the samples `mask` of a polygon, all in tile (`tile_x`, `tile_y`), into the tile.
 #[inline]
-pub fn merge(tile: TileMut<'_>, mask: u64, triangle: &SpanPolygon, tile_x: i32, tile_y: i32) {
+pub fn merge(tile: TileMut<'_>, mask: u64, polygon: &SpanPolygon, tile_x: i32, tile_y: i32) {
     for (part, part_mask) in PART_MASKS.into_iter().enumerate() {
         let samples = mask & part_mask;
         if samples == 0 {
             continue;
         }
-        let (x, y) = (
-            tile_x * TILE_SIZE,
-            tile_y * TILE_SIZE + part as i32 * PART_HEIGHT,
-        );
-        // No covered sample lies outside the triangle's own extent.
-        let depth = triangle.depth.farthest_over(
-            [x.max(triangle.x[0]), (x + TILE_SIZE - 1).min(triangle.x[1])],
-            [
-                y.max(triangle.y[0]),
-                (y + PART_HEIGHT - 1).min(triangle.y[1]),
-            ],
-        );
+        let y = tile_y * TILE_SIZE + part as i32 * PART_HEIGHT;
+        // No covered sample lies outside the polygon's own extent.
+        let rows = [y.max(polygon.y[0]), (y + PART_HEIGHT - 1).min(polygon.y[1])];
+        let depth = polygon.depth.over(tile_x, rows);
         let layer = |samples, depth| Layer { samples, depth };
         let near_samples = *tile.near_samples & part_mask;
         let far_samples = *tile.coverage & part_mask & !near_samples;

@@ -81,10 +81,7 @@ impl Edge {
 /// Depth over the screen: one formula, which every pass uses.
 ///
 /// The depth that a triangle writes at a sample is [`DepthPlane::at`]; it is defined by its floating-point
-/// operations, not by the real plane behind it. With fixed coefficients every operation of the formula is monotone in
-/// `x` and in `y` (rounding keeps order), and so are the clamp and the rounding to f32. Its least value over a
-/// rectangle of samples is therefore the value at one of the corners, exactly: [`DepthPlane::farthest_over`] needs no
-/// error bound.
+/// operations, not by the real plane behind it. What occluders leave in tiles is a bound for it ([`crate::part_depth`]).
 ///
 /// The clamp keeps a sliver, whose slope is all rounding, between its own vertices; one whose bounding box is more than
 /// 2²⁴ times its own area is given its farthest depth everywhere. For any other, let `R` be the range of the vertices'
@@ -160,15 +157,6 @@ impl DepthPlane {
             self.farthest
         };
         clamped as f32
-    }
-
-    /// The farthest of the depths that the triangle can write at the samples of a rectangle, ends included.
-    #[inline]
-    pub fn farthest_over(&self, x: [i32; 2], y: [i32; 2]) -> f32 {
-        self.at(
-            x[usize::from(self.slope_x < 0.0)],
-            y[usize::from(self.slope_y < 0.0)],
-        )
     }
 }
 

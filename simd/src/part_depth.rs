@@ -1,0 +1,93 @@
+//! The depth of a polygon over tile parts: nowhere nearer than what the final pass writes at any of their samples.
+//!
+//! The final pass writes the f64 formula of [`DepthPlane`]. Parts need a bound only, and take one in f32 that a vector of
+//! parts finds with two additions, a multiplication and a clamp:
+//!
+//! ```text
+//!   (at + per_row·(row − first row)) + per_tile·(tile − first tile)      between `farthest` and `nearest`
+//! ```
+//!
+//! with the part's farthest row, within the polygon's extent, and `at` taken at the farthest column of the first tile (of
+//! the extent, where there is only one column of tiles). Let `M` be the largest of the depths, plus what the slopes make of
+//! the extent and two tiles more: no number in either formula is larger. The one in f32 is off by seven roundings of
+//! such numbers, `2⁻²⁴·M` each. The one in f64 is off by `2⁻²²·M` at most ([`DepthPlane::SLOPE_ERROR`]), at the sample, at the
+//! corner where the plane is taken, and where a quadrilateral's fourth corner was compared. `2⁻¹⁹·M` is taken off for all.
+
+use crate::triangle::DepthPlane;
+use crate::{SUBPIXELS, TILE_SIZE};
+
+/// What is taken off, as a part of the largest number that occurs.
+pub(crate) const ROUNDING: f64 = 1.0 / (1_u64 << 19) as f64;
+
+/// Where numbers are larger than this, the whole polygon is given its farthest depth.
+pub(crate) const LARGEST: f64 = 1e30;
+
+/// Depths of a polygon over tile parts; see the module.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PartDepth {
+    /// The depth at the first row of samples, in the first column of tiles.
+    pub at: f32,
+    /// What one row of samples adds.
+    pub per_row: f32,
+    /// What one column of tiles adds.
+    pub per_tile: f32,
+    /// The least of the corners' depths.
+    pub farthest: f32,
+    /// The largest of the corners' depths.
+    pub nearest: f32,
+    /// The first row of samples.
+    pub first_row: i32,
+    /// The first column of tiles.
+    pub first_tile: i32,
+}
+
+impl PartDepth {
+    /// The depth of a polygon with a plane, whose corners reach over `extent` sub-pixels across and down and whose samples
+    /// lie in columns `x` and rows `y`.
+    pub fn new(plane: &DepthPlane, extent: [f64; 2], x: [i32; 2], y: [i32; 2]) -> PartDepth {
+        let [across, down] = extent.map(|e| e * (1.0 / f64::from(SUBPIXELS)));
+        let tiles = x.map(|x| x / TILE_SIZE);
+        let column = if tiles[0] == tiles[1] {
+            x
+        } else {
+            [tiles[0] * TILE_SIZE, tiles[0] * TILE_SIZE + TILE_SIZE - 1]
+        }[usize::from(plane.slope_x < 0.0)];
+        let greater = |a: f64, b: f64| if b > a { b } else { a };
+        let largest = (greater(plane.nearest.abs(), plane.farthest.abs())
+            + plane.slope_x.abs() * (across + 16.0))
+            + plane.slope_y.abs() * (down + 16.0);
+        let at = (plane.depth + plane.slope_y * (f64::from(y[0]) - plane.origin_y))
+            + plane.slope_x * (f64::from(column) - plane.origin_x);
+        // Not for a NaN either.
+        let is_sloped = largest <= LARGEST;
+        let if_sloped = |sloped: f64, flat: f64| (if is_sloped { sloped } else { flat }) as f32;
+        PartDepth {
+            at: if_sloped(at - largest * ROUNDING, plane.farthest) + 0.0,
+            per_row: if_sloped(plane.slope_y, 0.0),
+            per_tile: if_sloped(plane.slope_x * f64::from(TILE_SIZE), 0.0),
+            // There is one zero only, for least and largest to be the same on all machines.
+            farthest: plane.farthest as f32 + 0.0,
+            nearest: plane.nearest as f32 + 0.0,
+            first_row: y[0],
+            first_tile: tiles[0],
+        }
+    }
+
+    /// A depth that none of the samples in rows `y`, within the polygon's extent, of a column of tiles is farther than.
+    #[inline]
+    pub fn over(&self, tile_x: i32, y: [i32; 2]) -> f32 {
+        let row = y[usize::from(self.per_row < 0.0)];
+        let depth = (self.at + self.per_row * (row - self.first_row) as f32)
+            + self.per_tile * (tile_x - self.first_tile) as f32;
+        let depth = if depth > self.farthest {
+            depth
+        } else {
+            self.farthest
+        };
+        if depth > self.nearest {
+            self.nearest
+        } else {
+            depth
+        }
+    }
+}

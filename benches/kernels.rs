@@ -1,6 +1,6 @@
 //! What each hot loop costs on each instruction set of the machine.
 //!
-//! `cargo bench --bench kernels`. All work on a sheet of hills that fills the picture: in squares of 8 pixels or of
+//! `cargo bench --bench kernels`. All work on a sheet of hills that fills the picture: in squares of about 8 pixels or of
 //! 128. Questions are about what lies behind it, so that every answer is "hidden" and every tile has to be read: what
 //! can be seen shows itself sooner.
 
@@ -37,9 +37,9 @@ fn camera() -> Camera {
     Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, projection).expect("a camera")
 }
 
-/// Hills about 10 away that fill the picture, in squares of so many pixels.
+/// Hills about 10 away that fill the picture and an eighth more, in squares of about so many pixels.
 fn hills(pixels: u32) -> Mesh {
-    let [across, down] = [1280, 768].map(|length| length / pixels + 2);
+    let [across, down] = [1280, 768].map(|length| length * 9 / 8 / pixels + 1);
     let step = f64::from(pixels) * 10.0 / 768.0;
     let vertex = |i: u32| {
         let (column, row) = (i % (across + 1), i / (across + 1));

@@ -20,7 +20,7 @@ use common::clusters::{Canvas, cluster};
 use common::{Stage, quick, settings, size};
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 
-/// A scene seen by one camera.
+/// A scene seen by the camera of its path that has most in its frustum.
 struct View {
     name: &'static str,
     scene: std::sync::Arc<Scene>,
@@ -37,9 +37,10 @@ fn views() -> Vec<View> {
     stages
         .filter_map(|(name, stage)| {
             let stage = stage?;
-            let camera = stage.cameras[stage.cameras.len() / 3];
             let mut culler = Culler::new(stage.scene.clone(), settings()).expect("threads");
-            let in_frustum = culler.cull(&camera).in_frustum;
+            let seen = |camera: Camera| (culler.cull(&camera).in_frustum, camera);
+            let seen = stage.cameras.into_iter().map(seen);
+            let (in_frustum, camera) = seen.max_by_key(|(objects, _)| objects.len())?;
             let clusters = ClusteredScene::new(&stage.scene);
             let objects = stage.scene.objects();
             let mut occluders = in_frustum.clone();

@@ -64,8 +64,10 @@ impl View {
         clusters: &ClusteredScene,
         nothing: &TileBuffer,
         level: Level,
-    ) -> Vec<SpanBlock> {
-        let (mut assembler, mut blocks) = (ClusterAssembler::default(), Vec::new());
+        blocks: &mut Vec<SpanBlock>,
+    ) {
+        let mut assembler = ClusterAssembler::default();
+        blocks.clear();
         for &object in &self.occluders {
             let object = &self.scene.objects()[object as usize];
             let Some(mesh) = clusters.occluder(object) else {
@@ -86,10 +88,9 @@ impl View {
                     single_sided
                 };
                 let geometry = cluster(mesh.geometry(index));
-                assembler.assemble(level, geometry, &screen, cull, nothing, &mut blocks);
+                assembler.assemble(level, geometry, &screen, cull, nothing, blocks);
             }
         }
-        blocks
     }
 
     /// The occluders' meshes with their indices one by one, as an engine hands them over.
@@ -128,7 +129,8 @@ fn raster(c: &mut Criterion) {
         let level = Level::best();
         let clusters = ClusteredScene::new(&view.scene);
         let nothing = TileBuffer::new(size());
-        let blocks = view.assemble(&clusters, &nothing, level);
+        let mut blocks = Vec::new();
+        view.assemble(&clusters, &nothing, level, &mut blocks);
         let triangles = blocks
             .iter()
             .map(|b| u64::from(b.present.count_ones()))
@@ -137,7 +139,8 @@ fn raster(c: &mut Criterion) {
         let mut group = c.benchmark_group("raster");
         group.throughput(Throughput::Elements(triangles));
         group.bench_function(BenchmarkId::new("clusters assembled", name), |b| {
-            b.iter(|| view.assemble(&clusters, &nothing, level));
+            let mut blocks = Vec::new();
+            b.iter(|| view.assemble(&clusters, &nothing, level, &mut blocks));
         });
         group.bench_function(BenchmarkId::new("clusters filled", name), |b| {
             let empty = Canvas::new(size());

@@ -72,7 +72,7 @@ fn a_tile_takes_46_bytes_with_its_share_of_the_pyramid() {
 }
 
 #[test]
-fn an_occluding_triangle_takes_20_bytes_with_its_share_of_the_cluster() {
+fn an_occluding_triangle_takes_28_bytes_of_which_20_are_in_use() {
     let scene = city();
     // On this thread, where allocations are counted.
     let pool = rayon::ThreadPoolBuilder::new()

@@ -1,0 +1,105 @@
+//! What ARCHITECTURE.md says of memory: bytes a tile, and what a culler keeps beside its scene.
+
+use std::sync::Arc;
+
+use antumbra::cull::{Culler, Settings, VisibleSet};
+use antumbra::glam::{DAffine3, DMat4, DVec3};
+use antumbra::occlusion::OcclusionBuffer;
+use antumbra::prepare::{Cluster, ClusteredScene};
+use antumbra::scene::{Material, Mesh, Object, Scene, Surface};
+use antumbra::view::{Camera, PictureSize, Projection};
+use antumbra_fixtures::{Kind, Recipe, generate};
+
+/// What `make` gives, and the bytes of heap that it holds.
+fn held<T>(make: impl FnOnce() -> T) -> (T, f64) {
+    let mut made = None;
+    let counted = allocation_counter::measure(|| made = Some(make()));
+    (made.expect("it was made"), counted.bytes_current as f64)
+}
+
+#[track_caller]
+fn assert_at_most(what: &str, bytes: f64, count: usize, most: f64) {
+    let each = bytes / count as f64;
+    eprintln!("{what}: {each:.1} bytes, {count} of them");
+    assert!(each <= most, "{what}: {each:.1} bytes, not {most}");
+}
+
+fn size() -> PictureSize {
+    PictureSize::new(1280, 768).expect("a size")
+}
+
+fn city() -> Scene {
+    let fixture = generate(&Recipe::new(Kind::City)).expect("the default city");
+    let meshes = fixture.parts.into_iter().map(|part| Mesh {
+        name: part.name,
+        surfaces: vec![Surface {
+            triangles: 0..part.triangles.len(),
+            material: Material::default(),
+        }],
+        positions: part.positions,
+        triangles: part.triangles,
+    });
+    let objects = fixture.nodes.into_iter().map(|node| Object {
+        name: node.name,
+        mesh: node.part,
+        world_from_local: DAffine3::from_mat4(DMat4::from_cols_array(&node.matrix.map(f64::from))),
+        never_cull: false,
+        never_occlude: false,
+        occluder_proxy: None,
+    });
+    Scene::new(meshes.collect(), objects.collect()).expect("a sound scene")
+}
+
+/// From above, so that the whole scene is in the frustum.
+fn overview(scene: &Scene) -> Camera {
+    let world = scene.bvh().nodes[0].bounds();
+    let (middle, reach) = (world.center(), world.size().length());
+    let projection = Projection::Perspective {
+        fov_y: 1.0,
+        near: 0.1,
+        far: None,
+    };
+    let eye = middle + DVec3::new(0.0, 2.0 * reach, 1.0);
+    Camera::look_at(eye, middle, DVec3::Y, projection).expect("a camera")
+}
+
+#[test]
+fn a_tile_takes_46_bytes_with_its_share_of_the_pyramid() {
+    let camera = overview(&city());
+    let tiles = size().tiles_across() * size().tiles_down();
+    let (_buffer, bytes) = held(|| OcclusionBuffer::new(size(), camera));
+    assert_at_most("tile", bytes, tiles, 46.0);
+}
+
+#[test]
+fn an_occluding_triangle_takes_28_bytes_of_which_20_are_in_use() {
+    let scene = city();
+    // On this thread, where allocations are counted.
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .use_current_thread();
+    let _pool = pool.build().expect("no threads needed");
+    let (clusters, held) = held(|| ClusteredScene::new(&scene));
+    let used = clusters.memory_use();
+    assert_at_most("triangle", used.bytes as f64, used.triangles, 20.0);
+    // What the vectors have grown to, and of it the clusters' records.
+    assert_at_most("triangle, held", held, used.triangles, 28.0);
+    let records = used.clusters * size_of::<Cluster>();
+    assert_at_most("record", records as f64, used.clusters, 96.0);
+}
+
+#[test]
+fn a_culler_keeps_100_bytes_for_an_object_in_the_frustum() {
+    let scene = Arc::new(city());
+    let (objects, camera) = (scene.objects().len(), overview(&scene));
+    let settings = Settings {
+        threads: 1,
+        ..Settings::new(size())
+    };
+    let mut culler = Culler::new(scene, settings).expect("threads");
+    let mut found = VisibleSet::default();
+    let ((), bytes) = held(|| culler.cull_into(&camera, &mut found));
+    assert_eq!(found.in_frustum.len(), objects);
+    let tiles = size().tiles_across() * size().tiles_down();
+    assert_at_most("object", bytes - 46.0 * tiles as f64, objects, 100.0);
+}

@@ -13,7 +13,7 @@ use antumbra::raster::{CullMode, Geometry, Positions, TileBuffer};
 use antumbra::scene::{Aabb, Mesh};
 use antumbra::view::{Camera, Projection};
 use antumbra_simd::Level;
-use antumbra_simd::assemble::{Drawing, Vertices, assemble};
+use antumbra_simd::assemble::{AssembleMemory, Drawing, assemble};
 use antumbra_simd::boxes::{BOXES, BoxBlock, BoxView, RectBlock, project_boxes};
 use antumbra_simd::closer::is_box_hidden;
 use antumbra_simd::projected::CornerBox;
@@ -92,7 +92,7 @@ fn assemble_all(
         height: size().height() as i32,
         drawn: tiles(nothing),
     };
-    let (mut vertices, mut to_clip) = (Vertices::default(), Vec::new());
+    let (mut vertices, mut to_clip) = (AssembleMemory::default(), Vec::new());
     blocks.clear();
     for index in 0..mesh.clusters().len() {
         let cluster = cluster(mesh.geometry(index));
@@ -105,7 +105,7 @@ fn triangles(c: &mut Criterion) {
     let nothing = TileBuffer::new(size());
     for (what, pixels) in [("small", 8), ("large", 128)] {
         let hills = ClusteredMesh::new(&hills(pixels));
-        let count = hills.triangles().len() as u64;
+        let count = hills.triangle_count() as u64;
         let mut blocks = Vec::new();
         assemble_all(Level::best(), &hills, &nothing, &mut blocks);
         let empty = Canvas::new(size());

@@ -18,7 +18,7 @@ pub fn cluster(geometry: ClusterGeometry<'_>) -> Cluster<'_> {
         x: geometry.x,
         y: geometry.y,
         z: geometry.z,
-        triangles: geometry.triangles,
+        quads: geometry.quads,
     }
 }
 

@@ -86,6 +86,7 @@ pub fn hide_subtrees(
         group,
         footprints,
     } = memory;
+    let frustum = Frustum::new(buffer.screen().camera(), buffer.tiles().size());
     nodes.clear();
     nodes.extend((!scene.bvh().nodes.is_empty()).then_some(0));
     while !nodes.is_empty() {
@@ -103,8 +104,15 @@ pub fn hide_subtrees(
             .footprints_of_aabbs(level, boxes[..group.len()].iter(), footprints);
         for (&node, &footprint) in group.iter().zip(&*footprints) {
             let node = &scene.bvh().nodes[node as usize];
-            // What is nowhere on the screen is nobody's question.
-            if footprint == Footprint::Nowhere {
+            // What is nowhere on the screen is nobody's question. Of what reaches the near plane the frustum has to say so.
+            let is_outside = match footprint {
+                Footprint::Nowhere => true,
+                Footprint::Within(_) => false,
+                Footprint::Unbounded => {
+                    frustum.contains(&node.bounds(), Planes::ALL) == Containment::Outside
+                }
+            };
+            if is_outside {
                 continue;
             }
             statistics.nodes_tested += 1;

@@ -50,6 +50,7 @@ pub struct Canvas {
     near_samples: Vec<u64>,
     near: Vec<[f32; PARTS_PER_TILE]>,
     across: usize,
+    height: i32,
 }
 
 impl Canvas {
@@ -61,6 +62,7 @@ impl Canvas {
             near_samples: vec![0; tiles],
             near: vec![[UNCOVERED; PARTS_PER_TILE]; tiles],
             across: size.tiles_across(),
+            height: size.height() as i32,
         }
     }
 
@@ -72,6 +74,7 @@ impl Canvas {
             near: &mut self.near,
             first_row: 0,
             across: self.across,
+            height: self.height,
         };
         fill(level, blocks, &mut rows);
     }

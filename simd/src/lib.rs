@@ -16,7 +16,8 @@
 //! | [`spans`] | a polygon's edges solved for x: an interval of columns for each row |
 //! | [`part_depth`] | a polygon's depth over the parts of tiles |
 //! | [`tile`] | merges a polygon into a tile's coverage and depth |
-//! | [`fill`] | fills polygons into rows of tiles |
+//! | [`fill`] | fills polygons into rows of tiles: finds their strips of eight rows, and merges them (`merge`) |
+//! | [`small`] | finds the strips of small polygons, eight at once |
 //! | [`pyramid`] | averages four cells of an occlusion map into one |
 //! | [`boxes`] | projects boxes to rectangles of samples, eight at once |
 //! | [`query`] | asks whether a rectangle lies behind what tiles show |
@@ -36,6 +37,7 @@ pub mod faces;
 pub mod fill;
 pub mod glance;
 mod level;
+mod merge;
 pub mod outline;
 pub mod part_depth;
 pub mod projected;
@@ -44,6 +46,7 @@ pub mod quad;
 pub mod query;
 mod reject;
 mod set_up;
+pub mod small;
 pub mod spans;
 mod strip_masks;
 pub mod tile;

@@ -14,6 +14,7 @@
 //! it is not nearer than the sample's own triangle, but for rounding, which [`PartDepth`] makes up for.
 
 use crate::part_depth::PartDepth;
+use crate::small::SMALL;
 use crate::spans::{SpanPolygon, Spans};
 use crate::triangle::{CullMode, DepthPlane, Edge, SLIVER};
 use crate::vertex::ScreenVertex;
@@ -79,6 +80,7 @@ impl Quad {
             x,
             y,
             depth: PartDepth::new(&plane, extent, x, y),
+            is_small: extent.iter().all(|&e| e <= f64::from(SMALL)),
         })
     }
 }

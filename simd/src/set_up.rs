@@ -8,6 +8,7 @@ use fearless_simd::prelude::*;
 use crate::assemble::{Drawing, MOST_VERTICES, Vertices};
 use crate::part_depth::{LARGEST, ROUNDING};
 use crate::quad::BEND;
+use crate::small::SMALL;
 use crate::spans::{BLOCK, EDGES, EXCHANGES, HORIZONTAL, SpanBlock};
 use crate::triangle::SLIVER;
 use crate::{SUBPIXELS, TILE_SIZE};
@@ -273,12 +274,11 @@ fn set_up<S: Simd>(
             .at_zero
             .store_slice(&mut block.at_zero[edge][range.clone()]);
     }
-    let (second, third) = (
-        edges[1].is_lower.to_bitmask(),
-        edges[2].is_lower.to_bitmask(),
-    );
-    for (lane, lower) in block.lower[range].iter_mut().enumerate() {
-        *lower = (1 + (second >> lane & 1) + (third >> lane & 1)) as u8;
+    for (lower, edge) in block.lower.iter_mut().zip(&edges[1..3]) {
+        *lower |= (edge.is_lower.to_bitmask() << first) as u8;
     }
+    let limit = S::f64s::splat(simd, f64::from(SMALL));
+    let small = across.simd_le(limit) & down.simd_le(limit);
+    block.small |= (small.to_bitmask() << first) as u8;
     (is_triangle | (is_flat & !is_sliver)).to_bitmask()
 }

@@ -12,6 +12,7 @@
 use crate::TILE_SIZE;
 use crate::coverage::rectangle_mask;
 use crate::part_depth::PartDepth;
+use crate::small::SMALL;
 use crate::triangle::{Edge, Triangle};
 
 /// Edges of a polygon: of a quadrilateral, or of a triangle and one that is inside everywhere.
@@ -87,6 +88,8 @@ pub struct SpanPolygon {
     pub y: [i32; 2],
     /// Its depth.
     pub depth: PartDepth,
+    /// Whether its corners reach over no more than [`SMALL`] sub-pixels, across and down.
+    pub is_small: bool,
 }
 
 impl From<&Triangle> for SpanPolygon {
@@ -96,7 +99,9 @@ impl From<&Triangle> for SpanPolygon {
         let [across, down] = t.edges.iter().fold([0, 0], |[across, down], e| {
             [across.max(e.b.abs()), down.max(e.a.abs())]
         });
+        let limit = i64::from(SMALL);
         SpanPolygon {
+            is_small: across <= limit && down <= limit,
             spans: Spans::between(&[t.edges[0], t.edges[1], t.edges[2], Edge::EVERYWHERE]),
             x: t.x,
             y: t.y,
@@ -139,8 +144,10 @@ pub struct SpanBlock {
     pub slope: [[f64; BLOCK]; EDGES],
     /// The crossings of row 0, of four edges each.
     pub at_zero: [[f64; BLOCK]; EDGES],
-    /// How many of the edges have their inside on the right.
-    pub lower: [u8; BLOCK],
+    /// Whether the second and the third edge have their inside on the right: bit `i` for polygon `i`.
+    pub lower: [u8; 2],
+    /// Bit `i` is set if polygon `i` is small: [`SMALL`].
+    pub small: u8,
     /// First and last columns.
     pub x: [[f64; BLOCK]; 2],
     /// First and last rows.
@@ -163,7 +170,8 @@ impl SpanBlock {
         present: 0,
         slope: [[0.0; BLOCK]; EDGES],
         at_zero: [[0.0; BLOCK]; EDGES],
-        lower: [0; BLOCK],
+        lower: [0; 2],
+        small: 0,
         x: [[0.0; BLOCK]; 2],
         y: [[0.0; BLOCK]; 2],
         at: [0.0; BLOCK],
@@ -173,13 +181,19 @@ impl SpanBlock {
         nearest: [0.0; BLOCK],
     };
 
+    /// How many edges of polygon `i` have their inside on the right.
+    #[inline(always)]
+    pub fn lower_edges(&self, i: usize) -> usize {
+        1 + usize::from(self.lower[0] >> i & 1) + usize::from(self.lower[1] >> i & 1)
+    }
+
     /// Polygon `i`.
     pub fn get(&self, i: usize) -> SpanPolygon {
         SpanPolygon {
             spans: Spans {
                 slope: self.slope.map(|e| e[i]),
                 at_zero: self.at_zero.map(|e| e[i]),
-                lower: usize::from(self.lower[i]),
+                lower: self.lower_edges(i),
             },
             x: self.x.map(|x| x[i] as i32),
             y: self.y.map(|y| y[i] as i32),
@@ -192,13 +206,17 @@ impl SpanBlock {
                 first_row: self.y[0][i] as i32,
                 first_tile: self.x[0][i] as i32 / TILE_SIZE,
             },
+            is_small: self.small >> i & 1 == 1,
         }
     }
 
     /// Puts a polygon at place `i`.
     pub fn set(&mut self, i: usize, t: &SpanPolygon) {
         self.present |= 1 << i;
-        self.lower[i] = t.spans.lower as u8;
+        for (edge, lower) in self.lower.iter_mut().enumerate() {
+            *lower |= u8::from(t.spans.lower > edge + 1) << i;
+        }
+        self.small |= u8::from(t.is_small) << i;
         for edge in 0..EDGES {
             self.slope[edge][i] = t.spans.slope[edge];
             self.at_zero[edge][i] = t.spans.at_zero[edge];

@@ -71,6 +71,7 @@ impl Picture {
             near: &mut self.near,
             first_row: 0,
             across: self.across,
+            height: self.height,
         };
         fill(level, blocks, &mut rows);
     }

@@ -148,6 +148,7 @@ impl TileBuffer {
         threads: usize,
     ) {
         let across = self.size.tiles_across();
+        let height = self.size.height() as i32;
         let level = self.level;
         let fill_band = |mut band: TileRows<'_>| {
             for run in runs.clone() {
@@ -162,6 +163,7 @@ impl TileBuffer {
                 near: &mut self.near,
                 first_row: 0,
                 across,
+                height,
             });
         }
         let rows = self.size.tiles_down().div_ceil(BANDS_PER_THREAD * threads);
@@ -180,6 +182,7 @@ impl TileBuffer {
                     near,
                     first_row: (index * rows) as i32,
                     across,
+                    height,
                 });
             });
     }

@@ -1,0 +1,262 @@
+//! Merges strips of a polygon into tiles, as many parts at once as a vector holds: [`crate::tile`]'s rule by selection.
+
+use fearless_simd::Simd;
+use fearless_simd::prelude::*;
+
+use crate::PARTS_PER_TILE;
+use crate::fill::TileRows;
+use crate::strip_masks::StripMasks;
+use crate::tile::UNCOVERED;
+
+/// Strips that are found before they are merged. What a strip is takes a long chain of operations, and so does merging:
+/// taken in turns, each would wait for the other; in runs, several of a kind are under way at once.
+pub(crate) const STRIPS: usize = 32;
+
+/// A strip has so many tiles at most, a multiple of what any vector holds: its columns fit a byte.
+pub(crate) const TILES_PER_STRIP: usize = 24;
+
+/// Eight rows of samples of a polygon, ready to be merged.
+#[derive(Clone, Copy)]
+pub(crate) struct Strip {
+    /// The first covered column of each row, and then the first column of each, after those, that is not covered; counted
+    /// from tile `from`.
+    pub(crate) ends: [u8; 16],
+    /// The depths over the halves of the polygon's first tile.
+    pub(crate) halves: [f32; PARTS_PER_TILE],
+    /// What one column of tiles adds.
+    pub(crate) per_tile: f32,
+    pub(crate) farthest: f32,
+    pub(crate) nearest: f32,
+    /// The polygon's first column of tiles.
+    pub(crate) first_tile: u32,
+    pub(crate) from: u32,
+    /// Where the row of tiles begins.
+    pub(crate) row: u32,
+    /// First and last tile.
+    pub(crate) tiles: [u32; 2],
+}
+
+impl Strip {
+    pub(crate) const EMPTY: Strip = Strip {
+        ends: [0; 16],
+        halves: [0.0; PARTS_PER_TILE],
+        per_tile: 0.0,
+        farthest: 0.0,
+        nearest: 0.0,
+        first_tile: 0,
+        from: 0,
+        row: 0,
+        tiles: [0; 2],
+    };
+}
+
+/// Strips that wait to be merged.
+pub(crate) struct Waiting {
+    pub(crate) strips: [Strip; STRIPS],
+    pub(crate) count: usize,
+}
+
+/// Rows of tiles, and what stays the same from strip to strip. A vector holds the parts of `S::f64s::LEN` tiles.
+pub(crate) struct Merger<'a, S: Simd> {
+    simd: S,
+    coverage: &'a mut [u32],
+    far: &'a mut [f32],
+    near_samples: &'a mut [u32],
+    near: &'a mut [f32],
+    /// Tiles in a row.
+    pub(crate) across: usize,
+    pub(crate) masks: StripMasks<S>,
+    /// The tiles of the parts, counted from the first.
+    part_tile: S::f32s,
+    /// Whether a lane belongs to a lower part.
+    is_lower: S::mask32s,
+}
+
+impl<'a, S: Simd> Merger<'a, S> {
+    #[inline(always)]
+    pub(crate) fn new(simd: S, rows: &'a mut TileRows<'_>) -> Self {
+        Merger {
+            simd,
+            coverage: bytemuck::cast_slice_mut(rows.coverage),
+            far: rows.far.as_flattened_mut(),
+            near_samples: bytemuck::cast_slice_mut(rows.near_samples),
+            near: rows.near.as_flattened_mut(),
+            across: rows.across,
+            masks: StripMasks::new(simd),
+            part_tile: S::f32s::from_fn(simd, |i| (i / PARTS_PER_TILE) as f32),
+            is_lower: S::f32s::from_fn(simd, |i| (i % PARTS_PER_TILE) as f32)
+                .simd_gt(S::f32s::splat(simd, 0.0)),
+        }
+    }
+
+    /// A function of its own, since it is called from two places.
+    #[inline(always)]
+    pub(crate) fn merge_strips(&mut self, waiting: &mut Waiting) {
+        let simd = self.simd;
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                for strip in &waiting.strips[..waiting.count] {
+                    self.merge_strip(strip);
+                }
+                waiting.count = 0;
+            },
+        );
+    }
+
+    #[inline(always)]
+    fn merge_strip(&mut self, strip: &Strip) {
+        let simd = self.simd;
+        let tiles = S::f64s::LEN;
+        let [mut tile, last] = strip.tiles.map(|tile| tile as usize);
+        let from = strip.from as usize;
+        let mut first = self.masks.ends(&strip.ends[..8]);
+        let end = self.masks.ends(&strip.ends[8..]);
+        let halves = self.is_lower.select(
+            S::f32s::splat(simd, strip.halves[1]),
+            S::f32s::splat(simd, strip.halves[0]),
+        );
+        loop {
+            let start = tile.min(self.across - tiles);
+            if start < tile {
+                // At the end of the row, some tiles of the vector have had theirs.
+                first = self.masks.not_before(first, tile - from);
+            }
+            let mask = self.masks.between(first, end, start - from);
+            let number = start as f32 - strip.first_tile as f32;
+            let depth = halves + (self.part_tile + number) * strip.per_tile;
+            let depth = depth
+                .max(S::f32s::splat(simd, strip.farthest))
+                .min(S::f32s::splat(simd, strip.nearest));
+            self.merge(mask, depth, strip.row as usize + start);
+            tile += tiles;
+            if tile > last {
+                return;
+            }
+        }
+    }
+
+    /// Whether a vector's tiles are covered and nowhere farther than the triangle's nearest vertex.
+    #[inline(always)]
+    pub(crate) fn is_hidden(&self, nearest: f32, row: usize, tile: usize) -> bool {
+        let at = (row + tile.min(self.across - S::f64s::LEN)) * PARTS_PER_TILE;
+        let range = at..at + S::u32s::LEN;
+        let coverage = S::u32s::from_slice(self.simd, &self.coverage[range.clone()]);
+        let far = S::f32s::from_slice(self.simd, &self.far[range]);
+        let full = coverage.simd_eq(S::u32s::splat(self.simd, u32::MAX));
+        (full & far.simd_ge(S::f32s::splat(self.simd, nearest))).all_true()
+    }
+
+    /// Merges the samples `mask`, in parts at these depths, into the tiles from `tile`.
+    #[inline(always)]
+    fn merge(&mut self, mask: S::u32s, depth: S::f32s, tile: usize) {
+        let simd = self.simd;
+        let at = tile * PARTS_PER_TILE;
+        let range = at..at + S::u32s::LEN;
+        let coverage = S::u32s::from_slice(simd, &self.coverage[range.clone()]);
+        let near_samples = S::u32s::from_slice(simd, &self.near_samples[range.clone()]);
+        let far = S::f32s::from_slice(simd, &self.far[range.clone()]);
+        let near = S::f32s::from_slice(simd, &self.near[range.clone()]);
+        let none = S::u32s::splat(simd, 0);
+        let far_samples = coverage & !near_samples;
+        // Samples that a layer shows nearer, or as near.
+        let hidden = far.simd_ge(depth).select(far_samples, none)
+            | near.simd_ge(depth).select(near_samples, none);
+        let new = mask & !hidden;
+        if new.simd_eq(none).all_true() {
+            return;
+        }
+        let far_samples = far_samples & !new;
+        let near_samples = near_samples & !new;
+        (coverage | mask).store_slice(&mut self.coverage[range.clone()]);
+        if (far_samples | near_samples).simd_eq(none).all_true() {
+            // Nothing but this triangle is left, or nothing at all.
+            none.store_slice(&mut self.near_samples[range.clone()]);
+            let depth = new.simd_eq(none).select(far, depth);
+            depth.store_slice(&mut self.far[range]);
+            return;
+        }
+        let [far, near] = Layer::<S>::two_of_three([
+            Layer::new(far_samples, far),
+            Layer::new(near_samples, near),
+            Layer::new(new, depth),
+        ]);
+        near.samples
+            .store_slice(&mut self.near_samples[range.clone()]);
+        far.depth.store_slice(&mut self.far[range.clone()]);
+        near.depth.store_slice(&mut self.near[range]);
+    }
+}
+
+/// A layer of several parts: see [`crate::tile`]. Minus infinity is the depth where there is no sample.
+#[derive(Clone, Copy)]
+struct Layer<S: Simd> {
+    samples: S::u32s,
+    depth: S::f32s,
+}
+
+impl<S: Simd> Layer<S> {
+    #[inline(always)]
+    fn new(samples: S::u32s, depth: S::f32s) -> Layer<S> {
+        let simd = samples.token();
+        let absent = S::f32s::splat(simd, f32::NEG_INFINITY);
+        let none = S::u32s::splat(simd, 0);
+        Layer {
+            samples,
+            depth: samples.simd_eq(none).select(absent, depth),
+        }
+    }
+
+    #[inline(always)]
+    fn select(mask: S::mask32s, a: Layer<S>, b: Layer<S>) -> Layer<S> {
+        Layer {
+            samples: mask.select(a.samples, b.samples),
+            depth: mask.select(a.depth, b.depth),
+        }
+    }
+
+    /// The farther first; as they are where neither is.
+    #[inline(always)]
+    fn sort([a, b]: [Layer<S>; 2]) -> [Layer<S>; 2] {
+        let swap = b.depth.simd_lt(a.depth);
+        [Layer::select(swap, b, a), Layer::select(swap, a, b)]
+    }
+
+    /// The far and the near layer that three become: [`crate::tile`]'s rule, by selection.
+    #[inline(always)]
+    fn two_of_three([far, near, new]: [Layer<S>; 3]) -> [Layer<S>; 2] {
+        let simd = far.samples.token();
+        let none = S::u32s::splat(simd, 0);
+        let absent = S::f32s::splat(simd, f32::NEG_INFINITY);
+        let [a, b] = Layer::<S>::sort([far, near]);
+        let [b, c] = Layer::sort([b, new]);
+        let [a, b] = Layer::sort([a, b]);
+        let only_two = a.depth.simd_eq(absent);
+        let gap_is_farther =
+            ((b.depth - a.depth) * c.depth.abs()).simd_le((c.depth - b.depth) * a.depth.abs());
+        let b_is_far = only_two | gap_is_farther;
+        let far = Layer::<S> {
+            samples: a.samples | b_is_far.select(b.samples, none),
+            depth: only_two.select(b.depth, a.depth),
+        };
+        let near = Layer::<S> {
+            samples: c.samples | b_is_far.select(none, b.samples),
+            depth: b_is_far.select(c.depth, b.depth),
+        };
+        let only_one = far.depth.simd_eq(absent);
+        let is_one = only_one | far.depth.simd_eq(near.depth);
+        let depth = only_one.select(near.depth, far.depth);
+        [
+            Layer {
+                samples: is_one.select(far.samples | near.samples, far.samples),
+                depth: depth
+                    .simd_eq(absent)
+                    .select(S::f32s::splat(simd, UNCOVERED), depth),
+            },
+            Layer {
+                samples: is_one.select(none, near.samples),
+                depth: near.depth,
+            },
+        ]
+    }
+}

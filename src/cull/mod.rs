@@ -21,7 +21,7 @@ use std::time::Instant;
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
-use crate::occluders::{Budget, nearest_first};
+use crate::occluders::{Budget, distance_keys};
 use crate::occlusion::{Accuracy, OcclusionBuffer};
 use crate::scene::Scene;
 use crate::tasks::{Record, Stage, Tasks, Work, stay_awake};
@@ -110,8 +110,8 @@ struct Frame<'a> {
 struct Memory {
     draw: DrawMemory,
     frustum: FrustumMemory,
-    candidates: Vec<u32>,
-    keys: Vec<u64>,
+    /// The keys of the occluders in the frustum.
+    candidates: Vec<u64>,
     test: TestMemory,
     hidden: Vec<bool>,
 }
@@ -251,11 +251,9 @@ impl Frame<'_> {
         } = found;
         let frustum = Frustum::new(camera, settings.size);
         traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum);
-        let candidates = &mut memory.candidates;
-        candidates.clear();
-        let occludes = |&&object: &&u32| self.occluders.triangles_of(object) > 0;
-        candidates.extend(in_frustum.iter().filter(occludes));
-        nearest_first(scene, camera.eye(), candidates, &mut memory.keys);
+        let occludes = |object: &u32| self.occluders.triangles_of(*object) > 0;
+        let occluding = in_frustum.iter().copied().filter(occludes);
+        distance_keys(scene, camera.eye(), occluding, &mut memory.candidates);
         let selected = Instant::now();
 
         buffer.set_accuracy(settings.accuracy);
@@ -271,7 +269,7 @@ impl Frame<'_> {
         drawn_occluders.clear();
         draw_occluders(
             self,
-            candidates,
+            &mut memory.candidates,
             buffer,
             &mut memory.draw,
             Drawn {

@@ -18,7 +18,7 @@ use crate::tasks::{Tasks, Work};
 const BLOCKS_PER_FLUSH: usize = 12;
 
 /// Fewer clusters than this are drawn by the calling thread alone: sharing them out costs more.
-const FEWEST_TO_SHARE: usize = 8;
+const FEWEST_TO_SHARE: usize = 2;
 
 /// A round has so many tasks for each thread, so that a long one does not hold up the others,
 const TASKS_PER_THREAD: usize = 4;

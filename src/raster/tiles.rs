@@ -14,7 +14,7 @@ use antumbra_simd::triangle::Triangle;
 
 /// Rows of tiles are shared out in so many bands for each thread: enough that one with much in it does not hold up the
 /// others, few enough that a triangle seldom meets two. The bits do not depend on it.
-const BANDS_PER_THREAD: usize = 3;
+const BANDS_PER_THREAD: usize = 8;
 
 /// Coverage masks and no-background depths of all tiles, row by row.
 #[derive(Clone, Debug)]

@@ -210,13 +210,15 @@ impl Record {
     }
 
     fn begin(&self, work: Work, tasks: usize) -> Recording<'_> {
+        let begin = Instant::now();
+        let stage = Stage {
+            work,
+            tasks: Vec::with_capacity(tasks),
+        };
         Recording {
             record: self,
-            stage: Stage {
-                work,
-                tasks: Vec::with_capacity(tasks),
-            },
-            begin: Instant::now(),
+            stage,
+            begin,
             since: Instant::now(),
         }
     }

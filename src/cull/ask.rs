@@ -72,7 +72,7 @@ pub fn ask<'m>(
 ) -> &'m [Answer] {
     let share = match frame.tasks.threads() {
         1 => batch.len().max(1),
-        threads => (batch.len() / (2 * threads)).max(FEWEST_OBJECTS),
+        threads => (batch.len() / (4 * threads)).max(FEWEST_OBJECTS),
     };
     let count = batch.len().div_ceil(share);
     grow(&mut memory.questions, count);
@@ -150,21 +150,25 @@ impl Questions {
             .screen()
             .footprints_of_aabbs(frame.settings.level, bounds, &mut self.footprints);
         self.answers.clear();
-        self.answers.extend(objects.iter().zip(&self.footprints).map(
-            |(&object, &footprint)| {
-                let has_proxy = scene.objects()[object as usize].occluder_proxy.is_some();
-                if has_proxy && footprint == Footprint::Unbounded {
-                    Answer::CutOpen
-                } else if buffer.hides(footprint, Covered::Samples)
-                    || occluders.triangles_of(object) >= WORTH_ASKING_CLOSELY
-                        && buffer.hides_aabb_closely(&scene.bounds()[object as usize], footprint)
-                {
-                    Answer::Hidden
-                } else {
-                    Answer::Visible
-                }
-            },
-        ));
+        self.answers.extend(
+            objects
+                .iter()
+                .zip(&self.footprints)
+                .map(|(&object, &footprint)| {
+                    let has_proxy = scene.objects()[object as usize].occluder_proxy.is_some();
+                    if has_proxy && footprint == Footprint::Unbounded {
+                        Answer::CutOpen
+                    } else if buffer.hides(footprint, Covered::Samples)
+                        || occluders.triangles_of(object) >= WORTH_ASKING_CLOSELY
+                            && buffer
+                                .hides_aabb_closely(&scene.bounds()[object as usize], footprint)
+                    {
+                        Answer::Hidden
+                    } else {
+                        Answer::Visible
+                    }
+                }),
+        );
     }
 
     fn ask_clusters(&mut self, frame: &Frame<'_>, groups: &[Group], buffer: &OcclusionBuffer) {

@@ -6,6 +6,7 @@ use super::traverse::{TraverseMemory, hide_subtrees};
 use super::{Frame, Statistics};
 use crate::occluders::{object_of, sort_nearest};
 use crate::occlusion::OcclusionBuffer;
+use crate::tasks::Work;
 
 /// Objects that are asked, and then drawn, together. An answer sees only what whole batches before its own have
 /// drawn, so that any number of threads gives the same one.
@@ -50,7 +51,9 @@ pub fn draw_occluders(
     let mut batches = BATCHES_BEFORE_LOOK;
     loop {
         let before_look = candidates.len().min(batches * OBJECTS_PER_BATCH);
-        sort_nearest(candidates, before_look);
+        frame.tasks.alone(Work::Select, || {
+            sort_nearest(candidates, before_look);
+        });
         for batch in candidates[..before_look].chunks(OBJECTS_PER_BATCH) {
             memory.batch.clear();
             memory.batch.extend(batch.iter().map(|&key| object_of(key)));

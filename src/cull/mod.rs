@@ -30,7 +30,7 @@ use crate::view::{Camera, Frustum, PictureSize};
 use draw::{DrawMemory, Drawn, draw_occluders};
 use occluders::Occluders;
 use test::{TestMemory, not_hidden};
-use traverse::FrustumMemory;
+use traverse::{FrustumMemory, Subtrees};
 
 pub use antumbra_simd::{Level, LevelUnavailable};
 pub use statistics::{StageTimes, Statistics};
@@ -92,6 +92,7 @@ struct State {
     scene: Arc<Scene>,
     settings: Settings,
     occluders: Occluders,
+    subtrees: Subtrees,
     buffer: Option<OcclusionBuffer>,
     memory: Memory,
 }
@@ -101,6 +102,7 @@ struct State {
 struct Frame<'a> {
     scene: &'a Scene,
     occluders: &'a Occluders,
+    subtrees: &'a Subtrees,
     settings: &'a Settings,
     tasks: Tasks<'a>,
 }
@@ -141,6 +143,7 @@ impl Culler {
         Ok(Culler {
             pool: (pool.current_num_threads() > 1).then_some(pool),
             state: State {
+                subtrees: Subtrees::new(&scene),
                 scene,
                 settings,
                 occluders,
@@ -213,12 +216,14 @@ impl State {
             scene,
             settings,
             occluders,
+            subtrees,
             buffer,
             memory,
         } = self;
         let frame = Frame {
             scene,
             occluders,
+            subtrees,
             settings,
             tasks,
         };
@@ -251,9 +256,11 @@ impl Frame<'_> {
         } = found;
         let frustum = Frustum::new(camera, settings.size);
         traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum);
-        let occludes = |object: &u32| self.occluders.triangles_of(*object) > 0;
-        let occluding = in_frustum.iter().copied().filter(occludes);
-        distance_keys(scene, camera.eye(), occluding, &mut memory.candidates);
+        tasks.alone(Work::Select, || {
+            let occludes = |object: &u32| self.occluders.triangles_of(*object) > 0;
+            let occluding = in_frustum.iter().copied().filter(occludes);
+            distance_keys(scene, camera.eye(), occluding, &mut memory.candidates);
+        });
         let selected = Instant::now();
 
         buffer.set_accuracy(settings.accuracy);

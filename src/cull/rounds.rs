@@ -23,7 +23,7 @@ const FEWEST_TO_SHARE: usize = 2;
 /// A round has so many tasks for each thread, so that a long one does not hold up the others,
 const TASKS_PER_THREAD: usize = 4;
 /// each with at most so many clusters.
-const CLUSTERS_PER_TASK: usize = 8;
+const CLUSTERS_PER_TASK: usize = 16;
 
 /// What a task keeps.
 #[derive(Debug, Default)]

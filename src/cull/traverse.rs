@@ -1,5 +1,7 @@
 //! Down the hierarchy of boxes: which objects meet the frustum, and which groups of them are hidden.
 
+use std::ops::Range;
+
 use antumbra_simd::query::Covered;
 
 use super::{Frame, Statistics, grow, share_of};
@@ -53,7 +55,9 @@ pub fn in_frustum(
     let mut count = 1;
     if threads > 1 {
         count = WALKS_PER_THREAD * threads;
-        frame.tasks.alone(Work::Select, || walks[0].until(scene, frustum, count));
+        frame
+            .tasks
+            .alone(Work::Select, || walks[0].until(frame, frustum, count));
         grow(walks, count);
         let (first, others) = walks.split_at_mut(1);
         let stack = &mut first[0].stack;
@@ -67,7 +71,7 @@ pub fn in_frustum(
     }
     let walks = &mut walks[..count];
     frame.tasks.each(Work::Select, walks, |_, walk| {
-        walk.until(scene, frustum, usize::MAX);
+        walk.until(frame, frustum, usize::MAX);
     });
     frame.tasks.alone(Work::Select, || {
         met.clear();
@@ -88,7 +92,8 @@ pub fn in_frustum(
 
 impl Walk {
     /// Walks on until so many nodes are left to visit, or none.
-    fn until(&mut self, scene: &Scene, frustum: &Frustum, pending_nodes: usize) {
+    fn until(&mut self, frame: &Frame<'_>, frustum: &Frustum, pending_nodes: usize) {
+        let scene = frame.scene;
         let Walk { stack, found } = self;
         let mut next = 0;
         while !stack.is_empty() && stack.len() < pending_nodes {
@@ -106,7 +111,7 @@ impl Walk {
                 continue;
             };
             if planes.is_empty() {
-                found.extend_from_slice(subtree(scene, node));
+                found.extend_from_slice(frame.subtrees.objects(scene, pending.node));
             } else if node.count == 0 {
                 stack.push(Pending {
                     node: node.first + 1,
@@ -126,17 +131,35 @@ impl Walk {
     }
 }
 
-/// All objects below a node: they are consecutive.
-fn subtree<'a>(scene: &'a Scene, node: &BvhNode) -> &'a [u32] {
-    let nodes = &scene.bvh().nodes;
-    let (mut first, mut last) = (node, node);
-    while first.count == 0 {
-        first = &nodes[first.first as usize];
+/// The objects below each node of a scene's hierarchy: they are consecutive.
+#[derive(Debug)]
+pub struct Subtrees(Vec<Range<u32>>);
+
+impl Subtrees {
+    /// Those of a scene.
+    pub fn new(scene: &Scene) -> Subtrees {
+        let nodes = &scene.bvh().nodes;
+        let range = |node: &BvhNode| {
+            let (mut first, mut last) = (node, node);
+            while first.count == 0 {
+                first = &nodes[first.first as usize];
+            }
+            while last.count == 0 {
+                last = &nodes[last.first as usize + 1];
+            }
+            first.first..last.first + last.count
+        };
+        Subtrees(nodes.iter().map(range).collect())
     }
-    while last.count == 0 {
-        last = &nodes[last.first as usize + 1];
+
+    fn len(&self, node: u32) -> usize {
+        self.0[node as usize].len()
     }
-    &scene.bvh().objects[first.first as usize..(last.first + last.count) as usize]
+
+    fn objects<'a>(&self, scene: &'a Scene, node: u32) -> &'a [u32] {
+        let Range { start, end } = self.0[node as usize];
+        &scene.bvh().objects[start as usize..end as usize]
+    }
 }
 
 fn objects_of<'a>(scene: &'a Scene, node: &BvhNode) -> &'a [u32] {
@@ -148,6 +171,8 @@ const FEWEST_OBJECTS: usize = 8;
 
 /// A task asks so many nodes: as many boxes as are projected at once.
 const NODES_PER_TASK: usize = 8;
+/// One that asks alone, some more.
+const MOST_NODES_PER_TASK: usize = 64;
 
 /// Memory that is kept from traversal to traversal.
 #[derive(Debug, Default)]
@@ -162,10 +187,9 @@ pub struct TraverseMemory {
 struct Look {
     footprints: Vec<Footprint>,
     tested: u64,
-    /// Bit `i` is set if node `i` is hidden.
-    hidden: u64,
-    /// Bit `i` is set if the children of node `i` are worth asking.
-    open: u64,
+    hidden: Vec<u32>,
+    /// The nodes to ask next.
+    below: Vec<u32>,
 }
 
 /// Marks all objects below nodes whose boxes are hidden behind what is drawn so far: level after level, the nodes of one
@@ -187,7 +211,7 @@ pub fn hide_subtrees(
     level.extend((!scene.bvh().nodes.is_empty()).then_some(0));
     while !level.is_empty() {
         let share = match frame.tasks.threads() {
-            1 => 64,
+            1 => MOST_NODES_PER_TASK,
             _ => NODES_PER_TASK,
         };
         let count = level.len().div_ceil(share);
@@ -197,17 +221,13 @@ pub fn hide_subtrees(
             look.ask(frame, share_of(level, share, task), buffer);
         });
         below.clear();
-        for (look, nodes) in looks.iter().zip(level.chunks(share)) {
+        for look in looks {
             statistics.nodes_tested += look.tested;
-            statistics.nodes_hidden += u64::from(look.hidden.count_ones());
-            for (i, &node) in nodes.iter().enumerate() {
-                let node = &scene.bvh().nodes[node as usize];
-                if look.hidden >> i & 1 == 1 {
-                    for &object in subtree(scene, node) {
-                        hidden[object as usize] = true;
-                    }
-                } else if look.open >> i & 1 == 1 {
-                    below.extend([node.first, node.first + 1]);
+            statistics.nodes_hidden += look.hidden.len() as u64;
+            below.extend_from_slice(&look.below);
+            for &node in &look.hidden {
+                for &object in frame.subtrees.objects(scene, node) {
+                    hidden[object as usize] = true;
                 }
             }
         }
@@ -219,27 +239,36 @@ impl Look {
     fn ask(&mut self, frame: &Frame<'_>, nodes: &[u32], buffer: &OcclusionBuffer) {
         let scene = frame.scene;
         let node = |&node: &u32| &scene.bvh().nodes[node as usize];
-        self.footprints.clear();
-        let mut boxes = [Aabb::EMPTY; 64];
+        let Look {
+            footprints,
+            tested,
+            hidden,
+            below,
+        } = self;
+        footprints.clear();
+        let mut boxes = [Aabb::EMPTY; MOST_NODES_PER_TASK];
         for (b, n) in boxes.iter_mut().zip(nodes) {
             *b = node(n).bounds();
         }
-        buffer.screen().footprints_of_aabbs(
-            frame.settings.level,
-            boxes[..nodes.len()].iter(),
-            &mut self.footprints,
-        );
-        (self.tested, self.hidden, self.open) = (0, 0, 0);
-        for (i, (node, &footprint)) in nodes.iter().map(node).zip(&self.footprints).enumerate() {
+        let boxes = boxes[..nodes.len()].iter();
+        let level = frame.settings.level;
+        buffer
+            .screen()
+            .footprints_of_aabbs(level, boxes, footprints);
+        *tested = 0;
+        hidden.clear();
+        below.clear();
+        for (index, &footprint) in nodes.iter().zip(&*footprints) {
             // What is nowhere on the screen is nobody's question.
             if footprint == Footprint::Nowhere {
                 continue;
             }
-            self.tested += 1;
+            *tested += 1;
+            let node = node(index);
             if buffer.hides(footprint, Covered::Samples) {
-                self.hidden |= 1 << i;
-            } else if node.count == 0 && subtree(scene, node).len() >= FEWEST_OBJECTS {
-                self.open |= 1 << i;
+                hidden.push(*index);
+            } else if node.count == 0 && frame.subtrees.len(*index) >= FEWEST_OBJECTS {
+                below.extend([node.first, node.first + 1]);
             }
         }
     }

@@ -125,22 +125,7 @@ impl Default for Simulation {
 impl Simulation {
     /// Records a frame, and adds it.
     pub fn add_frame(&mut self, culler: &mut Culler, camera: &Camera) {
-        let dbg = |n: usize, st: &[Stage]| {
-            let mut m: Vec<(String, f64, f64, usize, usize)> = Vec::new();
-            for s in st {
-                let k = s.work.to_string();
-                let b: Duration = s.tasks.iter().sum();
-                let w = makespan(&s.tasks, n);
-                if !m.iter().any(|x| x.0 == k) { m.push((k.clone(), 0.0, 0.0, 0, 0)); }
-                let e = m.iter_mut().find(|x| x.0 == k).unwrap();
-                e.1 += b.as_secs_f64() * 1e6; e.2 += w.as_secs_f64() * 1e6; e.3 += 1; e.4 += s.tasks.len();
-            }
-            for (k, b, w, c, t) in m { eprintln!("DBG {n} {k:14} busy {b:8.0} span {w:8.0} stages {c} tasks {t}"); }
-        };
-        let r = record(culler, camera, 1);
-        dbg(1, &r);
-        for n in [2, 8, 64] { dbg(n, &record(culler, camera, n)); }
-        let alone = total(&r);
+        let alone = total(&record(culler, camera, 1));
         for simulated in &mut self.0 {
             simulated.add(&record(culler, camera, simulated.threads), alone);
         }

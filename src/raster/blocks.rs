@@ -13,8 +13,19 @@ const WORTH_SKIPPING: usize = 3;
 pub struct BlockList {
     /// The blocks.
     pub blocks: Vec<SpanBlock>,
-    /// First and last row of tiles of each block, as far as they were found.
-    rows: Vec<[i32; 2]>,
+    /// Those of the blocks, as far as they were found.
+    rows: Vec<BlockRows>,
+}
+
+/// Where a block's triangles lie: kept apart from the block, which is large and may be in another thread's cache.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BlockRows {
+    /// The first row of tiles.
+    pub first: i32,
+    /// The last row of tiles, below the first if there is no triangle.
+    pub last: i32,
+    /// How many triangles there are.
+    pub triangles: u32,
 }
 
 impl BlockList {
@@ -30,13 +41,21 @@ impl BlockList {
         self.rows.extend(unknown.iter().map(rows_of_block));
     }
 
+    /// The rows of the blocks, as far as they were found.
+    pub(super) fn rows(&self) -> &[BlockRows] {
+        &self.rows
+    }
+
     /// The blocks that may lie in rows of tiles from `first` to `last`, in their order.
     pub fn in_rows(&self, first: i32, last: i32) -> impl Iterator<Item = &[SpanBlock]> {
-        let meets = move |rows: &[i32; 2]| rows[0] <= last && rows[1] >= first;
+        let meets = move |rows: &BlockRows| rows.first <= last && rows.last >= first;
         let mut at = 0;
         std::iter::from_fn(move || {
             let known = self.rows.len();
-            at += self.rows[at.min(known)..].iter().take_while(|r| !meets(r)).count();
+            at += self.rows[at.min(known)..]
+                .iter()
+                .take_while(|r| !meets(r))
+                .count();
             let from = at;
             let mut end = at;
             while at < known && at - end < WORTH_SKIPPING {
@@ -54,8 +73,7 @@ impl BlockList {
     }
 }
 
-/// First and last row of tiles of a block's triangles; no row if it has none.
-fn rows_of_block(block: &SpanBlock) -> [i32; 2] {
+fn rows_of_block(block: &SpanBlock) -> BlockRows {
     let (mut first, mut last) = (f64::INFINITY, f64::NEG_INFINITY);
     for i in 0..BLOCK {
         if block.present >> i & 1 == 1 {
@@ -63,7 +81,12 @@ fn rows_of_block(block: &SpanBlock) -> [i32; 2] {
             last = last.max(block.y[1][i]);
         }
     }
-    [first, last].map(|y| if y.is_finite() { y as i32 / TILE_SIZE } else { -1 })
+    // Casts stop at the largest and the least number.
+    BlockRows {
+        first: first as i32 / TILE_SIZE,
+        last: last as i32 / TILE_SIZE,
+        triangles: block.present.count_ones(),
+    }
 }
 
 #[cfg(test)]
@@ -100,7 +123,10 @@ mod tests {
     #[test]
     fn a_few_are_taken_along_between_others() {
         let far = [9, 9];
-        assert_eq!(found(&[far, [1, 1], far, far, [2, 2], far], 0, 3), [[1, 9, 9, 2]]);
+        assert_eq!(
+            found(&[far, [1, 1], far, far, [2, 2], far], 0, 3),
+            [[1, 9, 9, 2]]
+        );
         assert_eq!(
             found(&[[1, 1], far, far, far, [2, 2], [3, 3]], 0, 3),
             [vec![1], vec![2, 3]]

@@ -6,6 +6,7 @@
 //! same code, and so covers the same samples at the same depths.
 
 mod assemble;
+mod bands;
 mod blocks;
 mod clip;
 mod cluster;

@@ -1,6 +1,7 @@
 //! The tile buffer: coverage and depth of the occluders drawn so far.
 
 use super::BlockList;
+use super::bands::Bands;
 use crate::tasks::{Tasks, Work};
 use crate::view::PictureSize;
 use antumbra_simd::Level;
@@ -12,10 +13,6 @@ use antumbra_simd::spans::{SpanBlock, SpanTriangle};
 use antumbra_simd::tile::UNCOVERED;
 use antumbra_simd::triangle::Triangle;
 
-/// Rows of tiles are shared out in so many bands for each thread: enough that one with much in it does not hold up the
-/// others, few enough that a triangle seldom meets two. The bits do not depend on it.
-const BANDS_PER_THREAD: usize = 8;
-
 /// Coverage masks and no-background depths of all tiles, row by row.
 #[derive(Clone, Debug)]
 pub struct TileBuffer {
@@ -25,6 +22,7 @@ pub struct TileBuffer {
     near_samples: Vec<u64>,
     near: Vec<[f32; PARTS_PER_TILE]>,
     level: Level,
+    bands: Bands,
 }
 
 /// Equal if everything that means something is: not the depths of layers without samples, nor the instruction set.
@@ -57,6 +55,7 @@ impl TileBuffer {
             near_samples: vec![0; tiles],
             near: vec![[UNCOVERED; PARTS_PER_TILE]; tiles],
             level: Level::best(),
+            bands: Bands::default(),
         }
     }
 
@@ -67,6 +66,8 @@ impl TileBuffer {
 
     /// Forgets everything drawn, in tasks.
     pub(crate) fn clear_by(&mut self, tasks: Tasks<'_>) {
+        let rows = self.size.tiles_down();
+        self.bands.weigh(rows, tasks.threads(), std::iter::empty());
         self.each_band(tasks, Work::Clear, |band| {
             band.coverage.fill(0);
             band.far.fill([UNCOVERED; PARTS_PER_TILE]);
@@ -156,6 +157,8 @@ impl TileBuffer {
         tasks: Tasks<'_>,
     ) {
         let level = self.level;
+        let rows = self.size.tiles_down();
+        self.bands.weigh(rows, tasks.threads(), lists.clone());
         self.each_band(tasks, Work::Fill, |mut band| {
             let first = band.first_row;
             let last = first + (band.coverage.len() / band.across) as i32 - 1;
@@ -168,13 +171,8 @@ impl TileBuffer {
     }
 
     /// Does something with all tiles, band after band.
-    fn each_band(
-        &mut self,
-        tasks: Tasks<'_>,
-        work: Work,
-        of_band: impl Fn(TileRows<'_>) + Sync,
-    ) {
-        let rows = self.size.tiles_down();
+    fn each_band(&mut self, tasks: Tasks<'_>, work: Work, of_band: impl Fn(TileRows<'_>) + Sync) {
+        let bands = &self.bands;
         let all = TileRows {
             coverage: &mut self.coverage,
             far: &mut self.depths,
@@ -183,16 +181,14 @@ impl TileBuffer {
             first_row: 0,
             across: self.size.tiles_across(),
         };
-        let rows_per_band = match tasks.threads() {
-            1 => rows,
-            threads => rows.div_ceil(BANDS_PER_THREAD * threads),
-        };
-        let count = rows.div_ceil(rows_per_band);
         tasks.divide(
             work,
-            count,
+            bands.count(),
             all,
-            |band, bands| split_rows(band, bands * rows_per_band),
+            |some, count| {
+                let rows = bands.rows_from(some.first_row as usize, count);
+                split_rows(some, rows)
+            },
             of_band,
         );
     }

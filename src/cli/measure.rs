@@ -16,7 +16,9 @@ Examples:
   antumbra measure castle.glb --path castle.path.json
       a table: objects, culled, errors and times, frame by frame
   antumbra measure castle.glb --path castle.path.json --threads 1 --cold --every 6 --json -
-      the same as JSON alone on stdout, for scripts";
+      the same as JSON alone on stdout, for scripts
+  antumbra measure castle.glb --path castle.path.json --cold --every 6 --simulate-threads
+      also what 2 to 64 threads would make of it, and what keeps them from doing better";
 
 /// Judge culling against an exact picture of the whole scene, frame by frame
 #[derive(Debug, Args)]

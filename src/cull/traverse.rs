@@ -10,8 +10,10 @@ use crate::scene::{Aabb, BvhNode, Scene};
 use crate::tasks::Work;
 use crate::view::{Containment, Frustum, Planes};
 
-/// The walk to the objects in the frustum is shared out in so many parts for each thread.
+/// The walk to the objects in the frustum is shared out in so many parts for each thread,
 const WALKS_PER_THREAD: usize = 4;
+/// but in no more than this: finding the parts is one thread's work.
+const MOST_WALKS: usize = 64;
 
 /// A node that meets the frustum, and the planes that its children still have to be tested against.
 #[derive(Clone, Copy, Debug)]
@@ -54,7 +56,7 @@ pub fn in_frustum(
     let threads = frame.tasks.threads();
     let mut count = 1;
     if threads > 1 {
-        count = WALKS_PER_THREAD * threads;
+        count = (WALKS_PER_THREAD * threads).min(MOST_WALKS);
         frame
             .tasks
             .alone(Work::Select, || walks[0].until(frame, frustum, count));

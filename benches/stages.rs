@@ -8,7 +8,7 @@ mod common;
 use std::hint::black_box;
 
 use antumbra::cull::{Culler, Level};
-use antumbra::occluders::nearest_first;
+use antumbra::occluders::{distance_keys, object_of, sort_nearest};
 use antumbra::occlusion::{Footprint, Occluder, OcclusionBuffer, OcclusionMap};
 use antumbra::prepare::ClusteredScene;
 use antumbra::raster::{ClusterAssembler, CullMode, Geometry, Positions, TileBuffer};
@@ -45,7 +45,11 @@ fn views() -> Vec<View> {
             let objects = stage.scene.objects();
             let mut occluders = in_frustum.clone();
             occluders.retain(|&o| clusters.occluder(&objects[o as usize]).is_some());
-            nearest_first(&stage.scene, camera.eye(), &mut occluders, &mut Vec::new());
+            let mut keys = Vec::new();
+            distance_keys(&stage.scene, camera.eye(), occluders.into_iter(), &mut keys);
+            let count = keys.len();
+            sort_nearest(&mut keys, count);
+            let occluders: Vec<u32> = keys.into_iter().map(object_of).collect();
             Some(View {
                 name,
                 scene: stage.scene,

@@ -11,6 +11,7 @@ pub mod occlusion;
 pub mod prepare;
 pub mod raster;
 pub mod scene;
+pub mod tasks;
 pub mod view;
 
 /// Compiles the README's example.

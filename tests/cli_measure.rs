@@ -160,3 +160,35 @@ fn a_reader_that_leaves_does_not_make_it_panic() {
         .expect("the command starts");
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
 }
+
+#[test]
+fn more_threads_are_simulated_on_request() {
+    let folder = Folder::new("measure_simulated").with_scene();
+    let output = measure(&folder, &["--json", "-"]);
+    let report: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert!(report.get("simulated").is_none());
+
+    let output = measure(&folder, &["--simulate-threads", "--json", "-"]);
+    let report: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let simulated = report["simulated"].as_array().expect("a list");
+    let threads: Vec<u64> = simulated
+        .iter()
+        .map(|prediction| prediction["threads"].as_u64().expect("a number"))
+        .collect();
+    assert_eq!(threads, [2, 4, 8, 16, 32, 64]);
+    for prediction in simulated {
+        assert!(prediction["time_us"].as_f64().expect("a time") > 0.0);
+        assert!(prediction["speed_up"].as_f64().expect("a ratio") > 0.0);
+        let share = prediction["limited_share"].as_f64().expect("a share");
+        assert!((0.0..=1.0).contains(&share), "{share}");
+        assert!(
+            !prediction["limited_by"]
+                .as_str()
+                .expect("a text")
+                .is_empty()
+        );
+    }
+
+    let output = measure(&folder, &["--simulate-threads"]);
+    assert!(stdout(&output).contains("speed-up"), "{}", stdout(&output));
+}

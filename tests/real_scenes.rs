@@ -38,6 +38,7 @@ fn measure(name: &str, every: usize) -> Option<Totals> {
         cull: Settings::new(size()),
         cold: true,
         every,
+        simulate_threads: false,
     };
     let report = run(&scene, &path, &settings, |_, _| {}).expect("threads");
     Some(report.totals)

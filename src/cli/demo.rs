@@ -80,6 +80,7 @@ impl Demo {
             cull,
             cold: false,
             every,
+            simulate_threads: false,
         };
         let bar = progress::bar("judging", 0);
         let report = run(&scene, &walk, &settings, |done, all| {

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use antumbra::measure::{MeasureSettings, Report, run};
+use antumbra::measure::{MeasureSettings, Prediction, Report, run};
 use clap::Args;
 
 use super::failure::Failure;
@@ -16,7 +16,9 @@ Examples:
   antumbra measure castle.glb --path castle.path.json
       a table: objects, culled, errors and times, frame by frame
   antumbra measure castle.glb --path castle.path.json --threads 1 --cold --every 6 --json -
-      the same as JSON alone on stdout, for scripts";
+      the same as JSON alone on stdout, for scripts
+  antumbra measure castle.glb --path castle.path.json --cold --every 6 --simulate-threads
+      also what 2 to 64 threads would make of it, and what keeps them from doing better";
 
 /// Judge culling against an exact picture of the whole scene, frame by frame
 #[derive(Debug, Args)]
@@ -51,6 +53,10 @@ pub struct Measure {
     #[arg(long)]
     cold: bool,
 
+    /// Predict what frames would take on 2 to 64 threads, from what each task takes on one
+    #[arg(long)]
+    simulate_threads: bool,
+
     /// Write the report as JSON to a file, or alone to stdout (-)
     #[arg(long, value_name = "FILE|-")]
     json: Option<PathBuf>,
@@ -63,6 +69,7 @@ impl Measure {
             cull: self.cull.settings()?,
             cold: self.cold,
             every: self.frames.every.get(),
+            simulate_threads: self.simulate_threads,
         };
         let path = load_path(&self.path)?;
         let scene = load_scene(&self.scene)?;
@@ -148,5 +155,25 @@ fn table(name: &str, report: &Report) -> String {
         mean.pyramid,
         mean.test,
     );
+    out += &predictions(&report.simulated);
+    out
+}
+
+/// What more threads would do, for people; nothing if nobody asked.
+fn predictions(simulated: &[Prediction]) -> String {
+    let mut out = String::new();
+    if !simulated.is_empty() {
+        out += "\n\n threads |  total us  speed-up | threads wait most in";
+    }
+    for p in simulated {
+        out += &format!(
+            "\n{:8} | {:9.0} {:9.2} | {}, {:.0} % of the time",
+            p.threads,
+            p.time_us,
+            p.speed_up,
+            p.limited_by,
+            p.limited_share * 100.0,
+        );
+    }
     out
 }

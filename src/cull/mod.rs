@@ -8,8 +8,12 @@
 //! surface strictly nearer at each sample the object could own; the nearest surface at a sample is never culled by
 //! it, since nothing is strictly nearer there.
 
+mod ask;
 mod draw;
+mod occluders;
+mod rounds;
 mod statistics;
+mod test;
 mod traverse;
 
 use std::sync::Arc;
@@ -17,13 +21,16 @@ use std::time::Instant;
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
-use crate::occluders::{Budget, nearest_first};
-use crate::occlusion::{Accuracy, Footprint, OcclusionBuffer};
+use crate::occluders::{Budget, distance_keys};
+use crate::occlusion::{Accuracy, OcclusionBuffer};
 use crate::scene::Scene;
+use crate::tasks::{Record, Stage, Tasks, Work, stay_awake};
 use crate::view::{Camera, Frustum, PictureSize};
 
-use draw::{DrawMemory, Drawn, Occluders, draw_occluders};
-use traverse::Pending;
+use draw::{DrawMemory, Drawn, draw_occluders};
+use occluders::Occluders;
+use test::{TestMemory, not_hidden};
+use traverse::{FrustumMemory, Subtrees};
 
 pub use antumbra_simd::{Level, LevelUnavailable};
 pub use statistics::{StageTimes, Statistics};
@@ -74,25 +81,53 @@ pub struct VisibleSet {
 /// Culls a scene, frame by frame.
 #[derive(Debug)]
 pub struct Culler {
+    /// None for one thread: the caller's own does it all.
+    pool: Option<ThreadPool>,
+    state: State,
+}
+
+/// All of a culler but its threads.
+#[derive(Debug)]
+struct State {
     scene: Arc<Scene>,
     settings: Settings,
     occluders: Occluders,
-    /// None for one thread: the caller's own does it all.
-    pool: Option<ThreadPool>,
+    subtrees: Subtrees,
     buffer: Option<OcclusionBuffer>,
     memory: Memory,
+}
+
+/// What a frame is made of, but for what it changes.
+#[derive(Clone, Copy, Debug)]
+struct Frame<'a> {
+    scene: &'a Scene,
+    occluders: &'a Occluders,
+    subtrees: &'a Subtrees,
+    settings: &'a Settings,
+    tasks: Tasks<'a>,
 }
 
 /// What is kept from frame to frame, so that none allocates.
 #[derive(Debug, Default)]
 struct Memory {
     draw: DrawMemory,
-    pending: Vec<Pending>,
-    candidates: Vec<u32>,
-    keys: Vec<u64>,
-    undecided: Vec<u32>,
-    footprints: Vec<Footprint>,
+    frustum: FrustumMemory,
+    /// The keys of the occluders in the frustum.
+    candidates: Vec<u64>,
+    test: TestMemory,
     hidden: Vec<bool>,
+}
+
+/// What task `task` of several takes, of `items` that are handed out by `share`.
+fn share_of<T>(items: &[T], share: usize, task: usize) -> &[T] {
+    items.chunks(share).nth(task).unwrap_or_default()
+}
+
+/// Makes sure that there are `count` things; those that are more than that are kept.
+fn grow<T: Default>(things: &mut Vec<T>, count: usize) {
+    if things.len() < count {
+        things.resize_with(count, T::default);
+    }
 }
 
 impl Culler {
@@ -106,23 +141,26 @@ impl Culler {
             .build()?;
         let occluders = pool.install(|| Occluders::new(&scene));
         Ok(Culler {
-            scene,
-            settings,
-            occluders,
             pool: (pool.current_num_threads() > 1).then_some(pool),
-            buffer: None,
-            memory: Memory::default(),
+            state: State {
+                subtrees: Subtrees::new(&scene),
+                scene,
+                settings,
+                occluders,
+                buffer: None,
+                memory: Memory::default(),
+            },
         })
     }
 
     /// The scene.
     pub fn scene(&self) -> &Arc<Scene> {
-        &self.scene
+        &self.state.scene
     }
 
     /// The settings.
     pub fn settings(&self) -> &Settings {
-        &self.settings
+        &self.state.settings
     }
 
     /// How many threads are used.
@@ -134,7 +172,7 @@ impl Culler {
 
     /// What the last frame drew; none before the first.
     pub fn buffer(&self) -> Option<&OcclusionBuffer> {
-        self.buffer.as_ref()
+        self.state.buffer.as_ref()
     }
 
     /// Finds what a camera may see.
@@ -147,143 +185,125 @@ impl Culler {
     /// Finds what a camera may see, and puts it into the memory of an earlier answer: when frames are alike, none
     /// allocates.
     pub fn cull_into(&mut self, camera: &Camera, found: &mut VisibleSet) {
-        let threads = self.threads();
-        let Culler {
-            scene,
-            settings,
-            occluders,
-            pool,
-            buffer,
-            memory,
-        } = self;
-        let buffer = buffer.get_or_insert_with(|| OcclusionBuffer::new(settings.size, *camera));
-        let mut frame = || {
-            frame(
-                scene, occluders, settings, threads, camera, buffer, memory, found,
-            );
-        };
-        match pool {
-            None => frame(),
-            Some(pool) => pool.install(frame),
+        let state = &mut self.state;
+        match &self.pool {
+            None => state.frame(Tasks::ALONE, camera, found),
+            Some(pool) => {
+                let tasks = Tasks::shared(pool.current_num_threads());
+                pool.install(|| stay_awake(|| state.frame(tasks, camera, found)));
+            }
         }
+    }
+
+    /// Finds what a camera may see, on the calling thread alone but in the tasks that a frame on so many threads would
+    /// have, and says what each took.
+    pub fn cull_recorded(
+        &mut self,
+        camera: &Camera,
+        threads: usize,
+        found: &mut VisibleSet,
+    ) -> Vec<Stage> {
+        let record = Record::start();
+        let tasks = Tasks::recorded(threads, &record);
+        self.state.frame(tasks, camera, found);
+        record.finish()
     }
 }
 
-#[expect(
-    clippy::too_many_arguments,
-    reason = "the parts of a culler, apart so that each can be borrowed"
-)]
-fn frame(
-    scene: &Scene,
-    occluders: &Occluders,
-    settings: &Settings,
-    threads: usize,
-    camera: &Camera,
-    buffer: &mut OcclusionBuffer,
-    memory: &mut Memory,
-    found: &mut VisibleSet,
-) {
-    let start = Instant::now();
-    let VisibleSet {
-        in_frustum,
-        visible,
-        occluders: drawn_occluders,
-        statistics,
-        times,
-    } = found;
-    let frustum = Frustum::new(camera, settings.size);
-    traverse::in_frustum(scene, &frustum, &mut memory.pending, in_frustum);
-    let candidates = &mut memory.candidates;
-    candidates.clear();
-    candidates.extend(
-        in_frustum
-            .iter()
-            .filter(|&&o| occluders.triangles_of(o) > 0),
-    );
-    nearest_first(scene, camera.eye(), candidates, &mut memory.keys);
-    in_frustum.sort_unstable();
-    let selected = Instant::now();
+impl State {
+    fn frame(&mut self, tasks: Tasks<'_>, camera: &Camera, found: &mut VisibleSet) {
+        let State {
+            scene,
+            settings,
+            occluders,
+            subtrees,
+            buffer,
+            memory,
+        } = self;
+        let frame = Frame {
+            scene,
+            occluders,
+            subtrees,
+            settings,
+            tasks,
+        };
+        let buffer = buffer.get_or_insert_with(|| OcclusionBuffer::new(settings.size, *camera));
+        frame.run(camera, buffer, memory, found);
+    }
+}
 
-    buffer.set_accuracy(settings.accuracy);
-    buffer.set_level(settings.level);
-    buffer.clear(camera);
-    *statistics = Statistics {
-        objects_in_frustum: in_frustum.len() as u64,
-        ..Statistics::default()
-    };
-    let hidden = &mut memory.hidden;
-    hidden.clear();
-    hidden.resize(scene.objects().len(), false);
-    drawn_occluders.clear();
-    draw_occluders(
-        scene,
-        occluders,
-        settings,
-        threads,
-        candidates,
-        buffer,
-        &mut memory.draw,
-        Drawn {
-            hidden,
+impl Frame<'_> {
+    fn run(
+        &self,
+        camera: &Camera,
+        buffer: &mut OcclusionBuffer,
+        memory: &mut Memory,
+        found: &mut VisibleSet,
+    ) {
+        let start = Instant::now();
+        let &Frame {
+            scene,
+            settings,
+            tasks,
+            ..
+        } = self;
+        let VisibleSet {
+            in_frustum,
+            visible,
             occluders: drawn_occluders,
             statistics,
-        },
-    );
-    let drawn = Instant::now();
+            times,
+        } = found;
+        let frustum = Frustum::new(camera, settings.size);
+        traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum);
+        tasks.alone(Work::Select, || {
+            let occludes = |object: &u32| self.occluders.triangles_of(*object) > 0;
+            let occluding = in_frustum.iter().copied().filter(occludes);
+            distance_keys(scene, camera.eye(), occluding, &mut memory.candidates);
+        });
+        let selected = Instant::now();
 
-    buffer.finish();
-    let finished = Instant::now();
+        buffer.set_accuracy(settings.accuracy);
+        buffer.set_level(settings.level);
+        buffer.clear_by(tasks, camera);
+        *statistics = Statistics {
+            objects_in_frustum: in_frustum.len() as u64,
+            ..Statistics::default()
+        };
+        let hidden = &mut memory.hidden;
+        hidden.clear();
+        hidden.resize(scene.objects().len(), false);
+        drawn_occluders.clear();
+        draw_occluders(
+            self,
+            &mut memory.candidates,
+            buffer,
+            &mut memory.draw,
+            Drawn {
+                hidden,
+                occluders: drawn_occluders,
+                statistics,
+            },
+        );
+        let drawn = Instant::now();
 
-    not_hidden(
-        scene, settings, in_frustum, buffer, memory, statistics, visible,
-    );
-    statistics.objects_visible = visible.len() as u64;
-    let tested = Instant::now();
+        tasks.alone(Work::Finish, || buffer.finish());
+        let finished = Instant::now();
 
-    *times = StageTimes {
-        select: selected - start,
-        raster: drawn - selected,
-        pyramid: finished - drawn,
-        test: tested - finished,
-    };
-}
+        let undecided = |&&object: &&u32| {
+            !memory.hidden[object as usize] || scene.objects()[object as usize].never_cull
+        };
+        let undecided = in_frustum.iter().filter(undecided);
+        not_hidden(self, undecided, buffer, &mut memory.test, visible);
+        statistics.objects_tested = memory.test.tested() as u64;
+        statistics.objects_visible = visible.len() as u64;
+        let tested = Instant::now();
 
-/// Whether an object is hidden that its world box's footprint alone does not hide: by that box, or by its own.
-fn is_hidden(scene: &Scene, buffer: &OcclusionBuffer, object: usize, footprint: Footprint) -> bool {
-    buffer.hides_aabb_closely(&scene.bounds()[object], footprint)
-        || scene
-            .own_box(object)
-            .is_some_and(|own| buffer.hides_own_box(&own.shape, own.growth, footprint))
-}
-
-/// The objects that all occluders together do not hide, in scene order.
-fn not_hidden(
-    scene: &Scene,
-    settings: &Settings,
-    in_frustum: &[u32],
-    buffer: &OcclusionBuffer,
-    memory: &mut Memory,
-    statistics: &mut Statistics,
-    visible: &mut Vec<u32>,
-) {
-    let undecided = &mut memory.undecided;
-    undecided.clear();
-    undecided.extend(in_frustum.iter().filter(|&&object| {
-        !memory.hidden[object as usize] || scene.objects()[object as usize].never_cull
-    }));
-    statistics.objects_tested = undecided.len() as u64;
-    memory.footprints.clear();
-    buffer.screen().footprints_of_aabbs(
-        settings.level,
-        undecided.iter().map(|&o| &scene.bounds()[o as usize]),
-        &mut memory.footprints,
-    );
-    let tests = undecided.iter().zip(&memory.footprints);
-    let kept = tests.filter(|&(&object, &footprint)| {
-        scene.objects()[object as usize].never_cull
-            || !buffer.test(footprint).is_hidden()
-                && !is_hidden(scene, buffer, object as usize, footprint)
-    });
-    visible.clear();
-    visible.extend(kept.map(|(&object, _)| object));
+        *times = StageTimes {
+            select: selected - start,
+            raster: drawn - selected,
+            pyramid: finished - drawn,
+            test: tested - finished,
+        };
+    }
 }

@@ -1,68 +1,167 @@
 //! Down the hierarchy of boxes: which objects meet the frustum, and which groups of them are hidden.
 
-use antumbra_simd::Level;
+use std::ops::Range;
+
 use antumbra_simd::query::Covered;
 
-use super::Statistics;
+use super::{Frame, Statistics, grow, share_of};
 use crate::occlusion::{Footprint, OcclusionBuffer};
 use crate::scene::{Aabb, BvhNode, Scene};
+use crate::tasks::Work;
 use crate::view::{Containment, Frustum, Planes};
+
+/// The walk to the objects in the frustum is shared out in so many parts for each thread,
+const WALKS_PER_THREAD: usize = 4;
+/// but in no more than this: finding the parts is one thread's work.
+const MOST_WALKS: usize = 64;
 
 /// A node that meets the frustum, and the planes that its children still have to be tested against.
 #[derive(Clone, Copy, Debug)]
-pub struct Pending {
+struct Pending {
     node: u32,
     planes: Planes,
 }
 
-/// Finds the objects whose boxes meet the frustum, in hierarchy order. `stack` is memory to work in.
+/// Memory that is kept from frame to frame.
+#[derive(Debug, Default)]
+pub struct FrustumMemory {
+    walks: Vec<Walk>,
+    /// Bit `i` of the whole is set if object `i` meets the frustum.
+    met: Vec<u64>,
+}
+
+/// What a task walks down, and what it finds.
+#[derive(Debug, Default)]
+struct Walk {
+    stack: Vec<Pending>,
+    found: Vec<u32>,
+}
+
+/// Finds the objects whose boxes meet the frustum, in scene order.
 pub fn in_frustum(
-    scene: &Scene,
+    frame: &Frame<'_>,
     frustum: &Frustum,
-    stack: &mut Vec<Pending>,
+    memory: &mut FrustumMemory,
     found: &mut Vec<u32>,
 ) {
-    found.clear();
-    stack.clear();
-    stack.push(Pending {
+    let scene = frame.scene;
+    let FrustumMemory { walks, met } = memory;
+    grow(walks, 1);
+    walks[0].found.clear();
+    walks[0].stack.clear();
+    walks[0].stack.push(Pending {
         node: 0,
         planes: Planes::ALL,
     });
-    while let Some(pending) = stack.pop() {
-        let node = &scene.bvh().nodes[pending.node as usize];
-        let Containment::Meets(planes) = frustum.contains(&node.bounds(), pending.planes) else {
-            continue;
-        };
-        if planes.is_empty() {
-            found.extend_from_slice(subtree(scene, node));
-        } else if node.count == 0 {
-            stack.push(Pending {
-                node: node.first + 1,
-                planes,
-            });
-            stack.push(Pending {
-                node: node.first,
-                planes,
-            });
-        } else {
-            found.extend(objects_of(scene, node).iter().filter(|&&object| {
-                frustum.contains(&scene.bounds()[object as usize], planes) != Containment::Outside
-            }));
+    let threads = frame.tasks.threads();
+    let mut count = 1;
+    if threads > 1 {
+        count = (WALKS_PER_THREAD * threads).min(MOST_WALKS);
+        frame
+            .tasks
+            .alone(Work::Select, || walks[0].until(frame, frustum, count));
+        grow(walks, count);
+        let (first, others) = walks.split_at_mut(1);
+        let stack = &mut first[0].stack;
+        for walk in &mut others[..count - 1] {
+            walk.found.clear();
+            walk.stack.clear();
+            if stack.len() > 1 {
+                walk.stack.extend(stack.pop());
+            }
+        }
+    }
+    let walks = &mut walks[..count];
+    frame.tasks.each(Work::Select, walks, |_, walk| {
+        walk.until(frame, frustum, usize::MAX);
+    });
+    frame.tasks.alone(Work::Select, || {
+        met.clear();
+        met.resize(scene.objects().len().div_ceil(64), 0);
+        for &object in walks.iter().flat_map(|walk| &walk.found) {
+            met[object as usize / 64] |= 1 << (object % 64);
+        }
+        found.clear();
+        for (word, &met) in met.iter().enumerate() {
+            let mut left = met;
+            while left != 0 {
+                found.push(64 * word as u32 + left.trailing_zeros());
+                left &= left - 1;
+            }
+        }
+    });
+}
+
+impl Walk {
+    /// Walks on until so many nodes are left to visit, or none.
+    fn until(&mut self, frame: &Frame<'_>, frustum: &Frustum, pending_nodes: usize) {
+        let scene = frame.scene;
+        let Walk { stack, found } = self;
+        let mut next = 0;
+        while !stack.is_empty() && stack.len() < pending_nodes {
+            // What is to be shared out is walked level by level, so that the shares are alike.
+            let pending = if pending_nodes == usize::MAX {
+                stack.pop()
+            } else {
+                next = (next + 1) % stack.len();
+                Some(stack.swap_remove(next))
+            };
+            let Some(pending) = pending else { return };
+            let node = &scene.bvh().nodes[pending.node as usize];
+            let Containment::Meets(planes) = frustum.contains(&node.bounds(), pending.planes)
+            else {
+                continue;
+            };
+            if planes.is_empty() {
+                found.extend_from_slice(frame.subtrees.objects(scene, pending.node));
+            } else if node.count == 0 {
+                stack.push(Pending {
+                    node: node.first + 1,
+                    planes,
+                });
+                stack.push(Pending {
+                    node: node.first,
+                    planes,
+                });
+            } else {
+                found.extend(objects_of(scene, node).iter().filter(|&&object| {
+                    frustum.contains(&scene.bounds()[object as usize], planes)
+                        != Containment::Outside
+                }));
+            }
         }
     }
 }
 
-/// All objects below a node: they are consecutive.
-fn subtree<'a>(scene: &'a Scene, node: &BvhNode) -> &'a [u32] {
-    let nodes = &scene.bvh().nodes;
-    let (mut first, mut last) = (node, node);
-    while first.count == 0 {
-        first = &nodes[first.first as usize];
+/// The objects below each node of a scene's hierarchy: they are consecutive.
+#[derive(Debug)]
+pub struct Subtrees(Vec<Range<u32>>);
+
+impl Subtrees {
+    /// Those of a scene.
+    pub fn new(scene: &Scene) -> Subtrees {
+        let nodes = &scene.bvh().nodes;
+        let range = |node: &BvhNode| {
+            let (mut first, mut last) = (node, node);
+            while first.count == 0 {
+                first = &nodes[first.first as usize];
+            }
+            while last.count == 0 {
+                last = &nodes[last.first as usize + 1];
+            }
+            first.first..last.first + last.count
+        };
+        Subtrees(nodes.iter().map(range).collect())
     }
-    while last.count == 0 {
-        last = &nodes[last.first as usize + 1];
+
+    fn len(&self, node: u32) -> usize {
+        self.0[node as usize].len()
     }
-    &scene.bvh().objects[first.first as usize..(last.first + last.count) as usize]
+
+    fn objects<'a>(&self, scene: &'a Scene, node: u32) -> &'a [u32] {
+        let Range { start, end } = self.0[node as usize];
+        &scene.bvh().objects[start as usize..end as usize]
+    }
 }
 
 fn objects_of<'a>(scene: &'a Scene, node: &BvhNode) -> &'a [u32] {
@@ -72,38 +171,104 @@ fn objects_of<'a>(scene: &'a Scene, node: &BvhNode) -> &'a [u32] {
 /// The children of a node with fewer objects than this below it are not asked: its objects are, one by one.
 const FEWEST_OBJECTS: usize = 8;
 
-/// Marks all objects below nodes whose boxes are hidden behind what is drawn so far.
+/// A task asks so many nodes: as many boxes as are projected at once.
+const NODES_PER_TASK: usize = 8;
+/// One that asks alone, some more.
+const MOST_NODES_PER_TASK: usize = 64;
+
+/// Memory that is kept from traversal to traversal.
+#[derive(Debug, Default)]
+pub struct TraverseMemory {
+    level: Vec<u32>,
+    below: Vec<u32>,
+    looks: Vec<Look>,
+}
+
+/// What a task asks, and its answers.
+#[derive(Debug, Default)]
+struct Look {
+    footprints: Vec<Footprint>,
+    tested: u64,
+    hidden: Vec<u32>,
+    /// The nodes to ask next.
+    below: Vec<u32>,
+}
+
+/// Marks all objects below nodes whose boxes are hidden behind what is drawn so far: level after level, the nodes of one
+/// in tasks.
 pub fn hide_subtrees(
-    scene: &Scene,
+    frame: &Frame<'_>,
     buffer: &OcclusionBuffer,
-    level: Level,
     memory: &mut TraverseMemory,
     hidden: &mut [bool],
     statistics: &mut Statistics,
 ) {
+    let scene = frame.scene;
     let TraverseMemory {
-        nodes,
-        group,
-        footprints,
+        level,
+        below,
+        looks,
     } = memory;
-    let frustum = Frustum::new(buffer.screen().camera(), buffer.tiles().size());
-    nodes.clear();
-    nodes.extend((!scene.bvh().nodes.is_empty()).then_some(0));
-    while !nodes.is_empty() {
-        // As many as are projected at once.
-        group.clear();
-        group.extend(nodes.drain(nodes.len().saturating_sub(8)..));
-        footprints.clear();
-        let boxes: [Aabb; 8] = std::array::from_fn(|i| {
-            group.get(i).map_or(Aabb::EMPTY, |&node| {
-                scene.bvh().nodes[node as usize].bounds()
-            })
+    let frustum = Frustum::new(buffer.screen().camera(), frame.settings.size);
+    level.clear();
+    level.extend((!scene.bvh().nodes.is_empty()).then_some(0));
+    while !level.is_empty() {
+        let share = match frame.tasks.threads() {
+            1 => MOST_NODES_PER_TASK,
+            _ => NODES_PER_TASK,
+        };
+        let count = level.len().div_ceil(share);
+        grow(looks, count);
+        let looks = &mut looks[..count];
+        frame.tasks.each(Work::Look, looks, |task, look| {
+            look.ask(frame, &frustum, share_of(level, share, task), buffer);
         });
+        below.clear();
+        for look in looks {
+            statistics.nodes_tested += look.tested;
+            statistics.nodes_hidden += look.hidden.len() as u64;
+            below.extend_from_slice(&look.below);
+            for &node in &look.hidden {
+                for &object in frame.subtrees.objects(scene, node) {
+                    hidden[object as usize] = true;
+                }
+            }
+        }
+        std::mem::swap(level, below);
+    }
+}
+
+impl Look {
+    fn ask(
+        &mut self,
+        frame: &Frame<'_>,
+        frustum: &Frustum,
+        nodes: &[u32],
+        buffer: &OcclusionBuffer,
+    ) {
+        let scene = frame.scene;
+        let node = |&node: &u32| &scene.bvh().nodes[node as usize];
+        let Look {
+            footprints,
+            tested,
+            hidden,
+            below,
+        } = self;
+        footprints.clear();
+        let mut boxes = [Aabb::EMPTY; MOST_NODES_PER_TASK];
+        for (b, n) in boxes.iter_mut().zip(nodes) {
+            *b = node(n).bounds();
+        }
+        let boxes = boxes[..nodes.len()].iter();
+        let level = frame.settings.level;
         buffer
             .screen()
-            .footprints_of_aabbs(level, boxes[..group.len()].iter(), footprints);
-        for (&node, &footprint) in group.iter().zip(&*footprints) {
-            let node = &scene.bvh().nodes[node as usize];
+            .footprints_of_aabbs(level, boxes, footprints);
+        *tested = 0;
+        hidden.clear();
+        below.clear();
+        for (index, &footprint) in nodes.iter().zip(&*footprints) {
+            let node = node(index);
             // What is nowhere on the screen is nobody's question. Of what reaches the near plane the frustum has to say so.
             let is_outside = match footprint {
                 Footprint::Nowhere => true,
@@ -115,23 +280,12 @@ pub fn hide_subtrees(
             if is_outside {
                 continue;
             }
-            statistics.nodes_tested += 1;
+            *tested += 1;
             if buffer.hides(footprint, Covered::Samples) {
-                statistics.nodes_hidden += 1;
-                for &object in subtree(scene, node) {
-                    hidden[object as usize] = true;
-                }
-            } else if node.count == 0 && subtree(scene, node).len() >= FEWEST_OBJECTS {
-                nodes.extend([node.first, node.first + 1]);
+                hidden.push(*index);
+            } else if node.count == 0 && frame.subtrees.len(*index) >= FEWEST_OBJECTS {
+                below.extend([node.first, node.first + 1]);
             }
         }
     }
-}
-
-/// Memory that is kept from traversal to traversal.
-#[derive(Debug, Default)]
-pub struct TraverseMemory {
-    nodes: Vec<u32>,
-    group: Vec<u32>,
-    footprints: Vec<Footprint>,
 }

@@ -8,8 +8,10 @@ mod ideal;
 mod reference;
 mod report;
 mod run;
+mod schedule;
 
 pub use ideal::{ExactDepths, ideal_box_test, ideal_face_test};
 pub use reference::Reference;
 pub use report::{FrameReport, Report, SceneReport, SettingsReport, TimesUs, Totals};
 pub use run::{MeasureSettings, run};
+pub use schedule::{Prediction, SIMULATED_THREADS, Simulated, Simulation, makespan};

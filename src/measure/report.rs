@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::Prediction;
 use crate::cull::StageTimes;
 
 /// Everything measured on a path.
@@ -15,6 +16,9 @@ pub struct Report {
     pub frames: Vec<FrameReport>,
     /// All frames together.
     pub totals: Totals,
+    /// What they would take on more threads, if that was asked for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub simulated: Vec<Prediction>,
 }
 
 /// The size of a scene.

@@ -7,8 +7,8 @@ use rayon::ThreadPoolBuildError;
 use rayon::prelude::*;
 
 use super::{
-    FrameReport, Reference, Report, SceneReport, SettingsReport, Totals, ideal_box_test,
-    ideal_face_test,
+    FrameReport, Reference, Report, SceneReport, SettingsReport, Simulation, Totals,
+    ideal_box_test, ideal_face_test,
 };
 use crate::cull::{Culler, Settings, VisibleSet};
 use crate::occluders::Budget;
@@ -32,6 +32,8 @@ pub struct MeasureSettings {
     pub cold: bool,
     /// Frames 0, N, 2N … are judged; at least 1.
     pub every: usize,
+    /// Whether to predict what the frames would take on more threads than the machine has.
+    pub simulate_threads: bool,
 }
 
 /// Measures a scene on a path; calls `on_frame` with the number of judged frames done and of all, first with 0.
@@ -48,10 +50,14 @@ pub fn run(
     let every = settings.every.max(1);
     let judged = path.cameras().len().div_ceil(every);
     let mut frames = Vec::with_capacity(judged);
+    let mut simulation = Simulation::default();
     on_frame(0, judged);
     for (frame, camera) in path.cameras().iter().enumerate() {
         if frame % every == 0 {
             frames.push(measure_frame(&mut culler, frame, camera));
+            if settings.simulate_threads {
+                simulation.add_frame(&mut culler, camera);
+            }
             on_frame(frames.len(), judged);
         } else if !settings.cold {
             culler.cull(camera);
@@ -69,6 +75,11 @@ pub fn run(
         settings: describe(settings, culler.threads()),
         frames,
         totals,
+        simulated: if settings.simulate_threads {
+            simulation.predictions()
+        } else {
+            Vec::new()
+        },
     })
 }
 

@@ -2,7 +2,7 @@
 
 mod nearest;
 
-pub use nearest::nearest_first;
+pub use nearest::{distance_keys, object_of, sort_nearest};
 
 /// How many triangles may be drawn as occluders in a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

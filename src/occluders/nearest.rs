@@ -1,20 +1,36 @@
 //! Distance-based selection (HOM §7.3.2): the objects whose boxes have the nearest centres.
+//!
+//! Most objects of a scene are found hidden in groups before their turn comes, so their order is only found as far as it is
+//! needed.
 
 use glam::DVec3;
 
 use crate::scene::Scene;
 
-/// Sorts objects by the distance of their boxes' centres from the eye, nearest first, ties in scene order. `keys` is
-/// memory to work in.
-pub fn nearest_first(scene: &Scene, eye: DVec3, objects: &mut [u32], keys: &mut Vec<u64>) {
+/// Finds keys that sort objects by the distance of their boxes' centres from the eye, nearest first, ties in scene order.
+pub fn distance_keys(
+    scene: &Scene,
+    eye: DVec3,
+    objects: impl Iterator<Item = u32>,
+    keys: &mut Vec<u64>,
+) {
     keys.clear();
-    keys.extend(objects.iter().map(|&object| {
+    keys.extend(objects.map(|object| {
         let distance = (scene.bounds()[object as usize].center() - eye).length_squared();
         // Bits of floats that are not negative sort as the floats do.
         u64::from((distance as f32).to_bits()) << 32 | u64::from(object)
     }));
-    keys.sort_unstable();
-    for (object, &key) in objects.iter_mut().zip(&*keys) {
-        *object = key as u32;
+}
+
+/// The object of a key.
+pub fn object_of(key: u64) -> u32 {
+    key as u32
+}
+
+/// Puts the nearest `count` objects first, in their order; the others follow in any.
+pub fn sort_nearest(keys: &mut [u64], count: usize) {
+    if count < keys.len() {
+        keys.select_nth_unstable(count);
     }
+    keys[..count].sort_unstable();
 }

@@ -3,7 +3,6 @@
 use antumbra_simd::closer::is_box_hidden;
 use antumbra_simd::glance::is_seen;
 use antumbra_simd::query::{Covered, Rectangle};
-use antumbra_simd::spans::SpanBlock;
 use antumbra_simd::triangle::Triangle;
 use antumbra_simd::{Level, PART_HEIGHT};
 use glam::{DAffine3, DVec3};
@@ -14,8 +13,9 @@ use super::{
     Accuracy, Footprint, OcclusionMap, ProjectedBox, SampleRect, Screen, is_behind, is_covered,
     is_covered_so_far, is_outline_hidden,
 };
-use crate::raster::{Assembler, CullMode, Geometry, TileBuffer};
+use crate::raster::{Assembler, BlockList, CullMode, Geometry, TileBuffer};
 use crate::scene::{Aabb, OrientedBox, is_mirroring};
+use crate::tasks::Tasks;
 use crate::view::{Camera, PictureSize};
 
 /// The answer to a question.
@@ -132,8 +132,13 @@ impl OcclusionBuffer {
 
     /// Forgets all that was drawn and begins a frame.
     pub fn clear(&mut self, camera: &Camera) {
+        self.clear_by(Tasks::ALONE, camera);
+    }
+
+    /// Forgets all that was drawn and begins a frame, in tasks.
+    pub(crate) fn clear_by(&mut self, tasks: Tasks<'_>, camera: &Camera) {
         self.screen = Screen::new(*camera, self.tiles.size());
-        self.tiles.clear();
+        self.tiles.clear_by(tasks);
         self.finished = false;
     }
 
@@ -159,13 +164,13 @@ impl OcclusionBuffer {
         self.finished = false;
     }
 
-    /// Draws triangles that were assembled for this buffer's camera and size, run after run.
+    /// Draws triangles that were assembled for this buffer's camera and size, list after list.
     pub(crate) fn draw_blocks<'a>(
         &mut self,
-        runs: impl Iterator<Item = &'a [SpanBlock]> + Clone + Send + Sync,
-        threads: usize,
+        lists: impl Iterator<Item = &'a BlockList> + Clone + Sync,
+        tasks: Tasks<'_>,
     ) {
-        self.tiles.fill_blocks(runs, threads);
+        self.tiles.fill_blocks(lists, tasks);
         self.finished = false;
     }
 

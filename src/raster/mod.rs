@@ -6,6 +6,8 @@
 //! same code, and so covers the same samples at the same depths.
 
 mod assemble;
+mod bands;
+mod blocks;
 mod clip;
 mod cluster;
 mod object;
@@ -14,6 +16,7 @@ mod traverse;
 
 pub use antumbra_simd::triangle::CullMode;
 pub use assemble::{Assembler, Geometry, GeometryError, Positions};
+pub use blocks::BlockList;
 pub use cluster::ClusterAssembler;
 pub use object::{ObjectAssembler, ObjectTriangle};
 pub use tiles::TileBuffer;

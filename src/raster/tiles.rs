@@ -1,20 +1,17 @@
 //! The tile buffer: coverage and depth of the occluders drawn so far.
 
-use rayon::prelude::*;
-
+use super::BlockList;
+use super::bands::Bands;
+use crate::tasks::{Tasks, Work};
 use crate::view::PictureSize;
 use antumbra_simd::Level;
 use antumbra_simd::PARTS_PER_TILE;
 use antumbra_simd::coverage::{PART_MASKS, rectangle_mask};
 use antumbra_simd::fill::{TileRows, fill};
 use antumbra_simd::query::{Covered, Rectangle, Tiles, is_behind_all};
-use antumbra_simd::spans::{BLOCK, SpanBlock, SpanPolygon};
+use antumbra_simd::spans::{SpanBlock, SpanPolygon};
 use antumbra_simd::tile::UNCOVERED;
 use antumbra_simd::triangle::Triangle;
-
-/// Rows of tiles are shared out in so many bands for each thread: enough that one with much in it does not hold up the
-/// others, few enough that a triangle seldom meets two. The bits do not depend on it.
-const BANDS_PER_THREAD: usize = 3;
 
 /// Coverage masks and no-background depths of all tiles, row by row.
 #[derive(Clone, Debug)]
@@ -25,6 +22,7 @@ pub struct TileBuffer {
     near_samples: Vec<u64>,
     near: Vec<[f32; PARTS_PER_TILE]>,
     level: Level,
+    bands: Bands,
 }
 
 /// Equal if everything that means something is: not the depths of layers without samples, nor the instruction set.
@@ -57,14 +55,24 @@ impl TileBuffer {
             near_samples: vec![0; tiles],
             near: vec![[UNCOVERED; PARTS_PER_TILE]; tiles],
             level: Level::best(),
+            bands: Bands::default(),
         }
     }
 
     /// Forgets everything drawn.
     pub fn clear(&mut self) {
-        self.coverage.fill(0);
-        self.depths.fill([UNCOVERED; PARTS_PER_TILE]);
-        self.near_samples.fill(0);
+        self.clear_by(Tasks::ALONE);
+    }
+
+    /// Forgets everything drawn, in tasks.
+    pub(crate) fn clear_by(&mut self, tasks: Tasks<'_>) {
+        let rows = self.size.tiles_down();
+        self.bands.weigh(rows, tasks.threads(), std::iter::empty());
+        self.each_band(tasks, Work::Clear, |band| {
+            band.coverage.fill(0);
+            band.far.fill([UNCOVERED; PARTS_PER_TILE]);
+            band.near_samples.fill(0);
+        });
     }
 
     /// Chooses the instruction set; the best one at first.
@@ -116,15 +124,16 @@ impl TileBuffer {
 
     /// Fills triangles in order. The extents of all must lie within the picture.
     pub fn fill(&mut self, triangles: &[Triangle]) {
-        let mut blocks = Vec::with_capacity(triangles.len().div_ceil(BLOCK));
-        SpanBlock::pack(triangles.iter().map(SpanPolygon::from), &mut blocks);
+        let mut list = BlockList::default();
+        SpanBlock::pack(triangles.iter().map(SpanPolygon::from), &mut list.blocks);
+        list.find_rows();
         let in_a_pool = rayon::current_thread_index().is_some();
         let threads = if in_a_pool {
             rayon::current_num_threads()
         } else {
             1
         };
-        self.fill_blocks(std::iter::once(&blocks[..]), threads);
+        self.fill_blocks(std::iter::once(&list), Tasks::shared(threads));
     }
 
     /// Whether a rectangle of samples is hidden.
@@ -141,50 +150,48 @@ impl TileBuffer {
         }
     }
 
-    /// Fills triangles in order, run after run.
+    /// Fills triangles in order, list after list.
     pub(crate) fn fill_blocks<'a>(
         &mut self,
-        runs: impl Iterator<Item = &'a [SpanBlock]> + Clone + Send + Sync,
-        threads: usize,
+        lists: impl Iterator<Item = &'a BlockList> + Clone + Sync,
+        tasks: Tasks<'_>,
     ) {
-        let across = self.size.tiles_across();
-        let height = self.size.height() as i32;
         let level = self.level;
-        let fill_band = |mut band: TileRows<'_>| {
-            for run in runs.clone() {
-                fill(level, run, &mut band);
+        let rows = self.size.tiles_down();
+        self.bands.weigh(rows, tasks.threads(), lists.clone());
+        self.each_band(tasks, Work::Fill, |mut band| {
+            let first = band.first_row;
+            let last = first + (band.coverage.len() / band.across) as i32 - 1;
+            for list in lists.clone() {
+                for run in list.in_rows(first, last) {
+                    fill(level, run, &mut band);
+                }
             }
+        });
+    }
+
+    /// Does something with all tiles, band after band.
+    fn each_band(&mut self, tasks: Tasks<'_>, work: Work, of_band: impl Fn(TileRows<'_>) + Sync) {
+        let bands = &self.bands;
+        let all = TileRows {
+            coverage: &mut self.coverage,
+            far: &mut self.depths,
+            near_samples: &mut self.near_samples,
+            near: &mut self.near,
+            first_row: 0,
+            across: self.size.tiles_across(),
+            height: self.size.height() as i32,
         };
-        if threads == 1 {
-            return fill_band(TileRows {
-                coverage: &mut self.coverage,
-                far: &mut self.depths,
-                near_samples: &mut self.near_samples,
-                near: &mut self.near,
-                first_row: 0,
-                across,
-                height,
-            });
-        }
-        let rows = self.size.tiles_down().div_ceil(BANDS_PER_THREAD * threads);
-        let tiles = rows * across;
-        self.coverage
-            .par_chunks_mut(tiles)
-            .zip(self.depths.par_chunks_mut(tiles))
-            .zip(self.near_samples.par_chunks_mut(tiles))
-            .zip(self.near.par_chunks_mut(tiles))
-            .enumerate()
-            .for_each(|(index, (((coverage, far), near_samples), near))| {
-                fill_band(TileRows {
-                    coverage,
-                    far,
-                    near_samples,
-                    near,
-                    first_row: (index * rows) as i32,
-                    across,
-                    height,
-                });
-            });
+        tasks.divide(
+            work,
+            bands.count(),
+            all,
+            |some, count| {
+                let rows = bands.rows_from(some.first_row as usize, count);
+                split_rows(some, rows)
+            },
+            of_band,
+        );
     }
 
     /// 64-bit FNV-1a over the coverage words and then the depth values, as little-endian bytes, row by row.
@@ -201,4 +208,33 @@ impl TileBuffer {
                 (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
             })
     }
+}
+
+/// The first `rows` rows of tiles, and the others.
+fn split_rows(band: TileRows<'_>, rows: usize) -> (TileRows<'_>, TileRows<'_>) {
+    let (across, first_row, height) = (band.across, band.first_row, band.height);
+    let tiles = rows * across;
+    let (coverage, coverage_below) = band.coverage.split_at_mut(tiles);
+    let (far, far_below) = band.far.split_at_mut(tiles);
+    let (near_samples, near_samples_below) = band.near_samples.split_at_mut(tiles);
+    let (near, near_below) = band.near.split_at_mut(tiles);
+    let above = TileRows {
+        coverage,
+        far,
+        near_samples,
+        near,
+        first_row,
+        across,
+        height,
+    };
+    let below = TileRows {
+        coverage: coverage_below,
+        far: far_below,
+        near_samples: near_samples_below,
+        near: near_below,
+        first_row: first_row + rows as i32,
+        across,
+        height,
+    };
+    (above, below)
 }

@@ -1,0 +1,38 @@
+//! What is known of a scene's occluders before any frame.
+
+use crate::prepare::{ClusteredMesh, ClusteredScene};
+use crate::scene::{Object, Scene};
+
+/// A scene's occluders, ready to be drawn.
+#[derive(Debug)]
+pub struct Occluders {
+    clusters: ClusteredScene,
+    /// How many triangles each object puts in the way.
+    triangles: Vec<u32>,
+}
+
+impl Occluders {
+    /// Makes a scene's occluders ready, on the current threads.
+    pub fn new(scene: &Scene) -> Occluders {
+        let clusters = ClusteredScene::new(scene);
+        let triangles = |object: &Object| {
+            clusters
+                .occluder(object)
+                .map_or(0, |mesh| mesh.triangle_count() as u32)
+        };
+        Occluders {
+            triangles: scene.objects().iter().map(triangles).collect(),
+            clusters,
+        }
+    }
+
+    /// How many triangles an object puts in the way as an occluder; 0 if it is none.
+    pub fn triangles_of(&self, object: u32) -> u32 {
+        self.triangles[object as usize]
+    }
+
+    /// What an object is drawn as; none if it is no occluder.
+    pub fn mesh_of(&self, object: &Object) -> Option<&ClusteredMesh> {
+        self.clusters.occluder(object)
+    }
+}

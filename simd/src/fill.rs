@@ -12,7 +12,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f64x8, i16x8};
 
-use crate::merge::{Merger, STRIPS, Strip, TILES_PER_STRIP, Waiting};
+use crate::merge::{Merger, RowDepth, STRIPS, Strip, TILES_PER_STRIP, Waiting};
 use crate::small::SmallStrips;
 use crate::spans::{EDGES, SpanBlock, SpanPolygon};
 use crate::tile::{TileMut, merge};
@@ -153,43 +153,39 @@ impl<'a, S: Simd> Filler<'a, S> {
         }
     }
 
-    /// Takes the strips of a small polygon that are known, and finds the others.
+    /// Merges the strips of a small polygon that are known, and finds the others.
     #[inline(always)]
     fn find_small(&mut self, lanes: &SmallStrips, block: &SpanBlock, i: usize) {
-        let tiles = S::f64s::LEN;
         let [first_tile, last] = [0, 1].map(|end| lanes.tiles[end][i] as usize);
         let first_row = lanes.rows[0][i];
-        let bands = [
-            first_row.max(self.first_row),
-            lanes.rows[1][i].min(self.last_row),
-        ];
-        for tile_y in bands[0]..=bands[1] {
+        let from = first_row.max(self.first_row);
+        let until = lanes.rows[1][i].min(self.last_row);
+        for tile_y in from..=until {
             let k = (tile_y - first_row) as usize;
-            if k >= lanes.found || first_tile + tiles > self.merger.across {
+            let is_cut = tile_y == self.last_row && self.samples_of_last < TILE_SIZE;
+            if k >= lanes.found || is_cut || first_tile + S::f64s::LEN > self.merger.across {
                 self.find_strips(&Current::new(block, i), tile_y);
                 continue;
             }
+            // What waits comes before it.
+            if self.waiting.count > 0 {
+                self.merger.merge_strips(&mut self.waiting);
+            }
             let row = (tile_y - self.first_row) as usize * self.merger.across;
-            let nearest = block.nearest[i];
-            let mut tile = first_tile;
-            while tile <= last && self.merger.is_hidden(nearest, row, tile) {
-                tile += tiles;
-            }
-            if tile > last {
-                continue;
-            }
-            let strip = &mut self.waiting.strips[self.waiting.count];
-            let ends = lanes.ends[k].each_ref().map(|word| word[i]);
-            strip.ends = bytemuck::cast(ends);
-            strip.halves = lanes.halves[k].each_ref().map(|half| half[i]);
-            strip.per_tile = block.per_tile[i];
-            strip.farthest = block.farthest[i];
-            strip.nearest = nearest;
-            strip.first_tile = first_tile as u32;
-            strip.from = first_tile as u32;
-            strip.row = row as u32;
-            strip.tiles = [tile as u32, last as u32];
-            self.push(tile_y);
+            self.merger.merge_strip(&Strip {
+                depth: RowDepth {
+                    halves: lanes.halves[k].each_ref().map(|half| half[i]),
+                    per_tile: block.per_tile[i],
+                    farthest: block.farthest[i],
+                    nearest: block.nearest[i],
+                    first_tile,
+                },
+                first: lanes.first[k][i],
+                end: lanes.end[k][i],
+                from: first_tile,
+                row,
+                tiles: [first_tile, last],
+            });
         }
     }
 
@@ -198,7 +194,8 @@ impl<'a, S: Simd> Filler<'a, S> {
     fn push(&mut self, tile_y: i32) {
         if tile_y == self.last_row && self.samples_of_last < TILE_SIZE {
             let strip = &mut self.waiting.strips[self.waiting.count];
-            strip.ends[(TILE_SIZE + self.samples_of_last) as usize..].fill(0);
+            // Its rows are the bytes from the lowest on.
+            strip.end &= (1 << (8 * self.samples_of_last)) - 1;
         }
         self.waiting.count += 1;
         if self.waiting.count == STRIPS {
@@ -228,16 +225,22 @@ impl<'a, S: Simd> Filler<'a, S> {
         loop {
             let until = last.min(tile + TILES_PER_STRIP - 1);
             let from = tile.min(self.merger.across - tiles);
-            let strip = &mut self.waiting.strips[self.waiting.count];
-            strip.ends = self.merger.masks.ends_from(first, end, from).to_array();
-            strip.from = from as u32;
-            strip.halves = halves;
-            strip.per_tile = p.per_tile;
-            strip.farthest = p.farthest;
-            strip.nearest = p.nearest;
-            strip.first_tile = p.columns[0] as u32;
-            strip.row = row as u32;
-            strip.tiles = [tile as u32, until as u32];
+            let ends: [u64; 2] =
+                bytemuck::cast(self.merger.masks.ends_from(first, end, from).to_array());
+            self.waiting.strips[self.waiting.count] = Strip {
+                depth: RowDepth {
+                    halves,
+                    per_tile: p.per_tile,
+                    farthest: p.farthest,
+                    nearest: p.nearest,
+                    first_tile: p.columns[0],
+                },
+                first: ends[0],
+                end: ends[1],
+                from,
+                row,
+                tiles: [tile, until],
+            };
             self.push(tile_y);
             if until == last {
                 return;

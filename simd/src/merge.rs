@@ -15,35 +15,45 @@ pub(crate) const STRIPS: usize = 32;
 /// A strip has so many tiles at most, a multiple of what any vector holds: its columns fit a byte.
 pub(crate) const TILES_PER_STRIP: usize = 24;
 
-/// Eight rows of samples of a polygon, ready to be merged.
+/// The depths of a polygon in a row of tiles: see [`crate::part_depth`].
 #[derive(Clone, Copy)]
-pub(crate) struct Strip {
-    /// The first covered column of each row, and then the first column of each, after those, that is not covered; counted
-    /// from tile `from`.
-    pub(crate) ends: [u8; 16],
-    /// The depths over the halves of the polygon's first tile.
+pub(crate) struct RowDepth {
+    /// Over the halves of the polygon's first tile.
     pub(crate) halves: [f32; PARTS_PER_TILE],
     /// What one column of tiles adds.
     pub(crate) per_tile: f32,
     pub(crate) farthest: f32,
     pub(crate) nearest: f32,
     /// The polygon's first column of tiles.
-    pub(crate) first_tile: u32,
-    pub(crate) from: u32,
+    pub(crate) first_tile: usize,
+}
+
+/// Eight rows of samples of a polygon, ready to be merged.
+#[derive(Clone, Copy)]
+pub(crate) struct Strip {
+    pub(crate) depth: RowDepth,
+    /// A byte for each row, the lowest for the first: the first covered column, counted from tile `from`.
+    pub(crate) first: u64,
+    /// The first column after it that is not covered.
+    pub(crate) end: u64,
+    pub(crate) from: usize,
     /// Where the row of tiles begins.
-    pub(crate) row: u32,
+    pub(crate) row: usize,
     /// First and last tile.
-    pub(crate) tiles: [u32; 2],
+    pub(crate) tiles: [usize; 2],
 }
 
 impl Strip {
     pub(crate) const EMPTY: Strip = Strip {
-        ends: [0; 16],
-        halves: [0.0; PARTS_PER_TILE],
-        per_tile: 0.0,
-        farthest: 0.0,
-        nearest: 0.0,
-        first_tile: 0,
+        depth: RowDepth {
+            halves: [0.0; PARTS_PER_TILE],
+            per_tile: 0.0,
+            farthest: 0.0,
+            nearest: 0.0,
+            first_tile: 0,
+        },
+        first: 0,
+        end: 0,
         from: 0,
         row: 0,
         tiles: [0; 2],
@@ -104,31 +114,38 @@ impl<'a, S: Simd> Merger<'a, S> {
         );
     }
 
+    /// Merges a strip.
     #[inline(always)]
-    fn merge_strip(&mut self, strip: &Strip) {
+    pub(crate) fn merge_strip(&mut self, strip: &Strip) {
         let simd = self.simd;
         let tiles = S::f64s::LEN;
-        let [mut tile, last] = strip.tiles.map(|tile| tile as usize);
-        let from = strip.from as usize;
-        let mut first = self.masks.ends(&strip.ends[..8]);
-        let end = self.masks.ends(&strip.ends[8..]);
+        let RowDepth {
+            halves,
+            per_tile,
+            farthest,
+            nearest,
+            first_tile,
+        } = strip.depth;
+        let [mut tile, last] = strip.tiles;
+        let mut first = self.masks.ends(strip.first);
+        let end = self.masks.ends(strip.end);
         let halves = self.is_lower.select(
-            S::f32s::splat(simd, strip.halves[1]),
-            S::f32s::splat(simd, strip.halves[0]),
+            S::f32s::splat(simd, halves[1]),
+            S::f32s::splat(simd, halves[0]),
         );
         loop {
             let start = tile.min(self.across - tiles);
             if start < tile {
                 // At the end of the row, some tiles of the vector have had theirs.
-                first = self.masks.not_before(first, tile - from);
+                first = self.masks.not_before(first, tile - strip.from);
             }
-            let mask = self.masks.between(first, end, start - from);
-            let number = start as f32 - strip.first_tile as f32;
-            let depth = halves + (self.part_tile + number) * strip.per_tile;
+            let mask = self.masks.between(first, end, start - strip.from);
+            let number = start as i32 - first_tile as i32;
+            let depth = halves + (self.part_tile + number as f32) * per_tile;
             let depth = depth
-                .max(S::f32s::splat(simd, strip.farthest))
-                .min(S::f32s::splat(simd, strip.nearest));
-            self.merge(mask, depth, strip.row as usize + start);
+                .max(S::f32s::splat(simd, farthest))
+                .min(S::f32s::splat(simd, nearest));
+            self.merge(mask, depth, strip.row + start);
             tile += tiles;
             if tile > last {
                 return;

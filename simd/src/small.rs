@@ -33,9 +33,10 @@ pub(crate) struct SmallStrips {
     pub(crate) tiles: [[i32; BLOCK]; 2],
     /// How many strips of each are known.
     pub(crate) found: usize,
-    /// Strip by strip, as bytes: the first covered columns of four rows, of four more, and then the first columns after
-    /// those that are not covered. They count from the first tile.
-    pub(crate) ends: [[[u32; BLOCK]; 4]; STRIPS_FOUND],
+    /// Strip by strip, a byte for each of eight rows: the first covered columns, counted from the first tile.
+    pub(crate) first: [[u64; BLOCK]; STRIPS_FOUND],
+    /// And the first columns after those that are not covered.
+    pub(crate) end: [[u64; BLOCK]; STRIPS_FOUND],
     /// Strip by strip, the depths over the halves of the first tile.
     pub(crate) halves: [[[f32; BLOCK]; PARTS_PER_TILE]; STRIPS_FOUND],
 }
@@ -45,7 +46,8 @@ impl SmallStrips {
         rows: [[0; BLOCK]; 2],
         tiles: [[0; BLOCK]; 2],
         found: 0,
-        ends: [[[0; BLOCK]; 4]; STRIPS_FOUND],
+        first: [[0; BLOCK]; STRIPS_FOUND],
+        end: [[0; BLOCK]; STRIPS_FOUND],
         halves: [[[0.0; BLOCK]; PARTS_PER_TILE]; STRIPS_FOUND],
     };
 
@@ -71,21 +73,11 @@ impl SmallStrips {
         let more = (rows[0].simd_lt(rows[1]) & names).to_bitmask().count_ones();
         self.found = if more < FEWEST_SECOND { 1 } else { 2 };
         for strip in 0..self.found {
-            let mut words = [u32x8::splat(simd, 0); 4];
-            for row in 0..TILE_SIZE {
-                let y = (strip as i32 * TILE_SIZE + row) as f32;
-                let [first, end] = edges.of_row(y);
-                let bytes = [first, end].map(|v| {
-                    let v: u32x8<S> = to_whole(simd, v.max(left).min(right)).bitcast();
-                    v << (row as u32 % 4 * 8)
-                });
-                let half = (row / 4) as usize;
-                words[half] |= bytes[0];
-                words[2 + half] |= bytes[1];
-            }
-            for (word, kept) in words.iter().zip(&mut self.ends[strip]) {
-                word.store_array(kept);
-            }
+            let row = (strip as i32 * TILE_SIZE) as f32;
+            let upper = edges.of_four_rows(row, [left, right]);
+            let lower = edges.of_four_rows(row + 4.0, [left, right]);
+            store_rows(upper[0], lower[0], &mut self.first[strip]);
+            store_rows(upper[1], lower[1], &mut self.end[strip]);
             self.find_halves(simd, block, strip, y, corner[1]);
         }
     }
@@ -148,21 +140,43 @@ impl<S: Simd> Edges<S> {
         }
     }
 
-    /// The first covered columns of a row, and the first after those that are not covered, wherever they are.
+    /// A byte for each of four rows: the first covered columns, and the first after those that are not covered.
     #[inline(always)]
-    fn of_row(&self, y: f32) -> [f32x8<S>; 2] {
+    fn of_four_rows(&self, y: f32, within: [f32x8<S>; 2]) -> [u32x8<S>; 2] {
+        let [a, e] = self.of_row(y, within);
+        let [b, f] = self.of_row(y + 1.0, within);
+        let [c, g] = self.of_row(y + 2.0, within);
+        let [d, h] = self.of_row(y + 3.0, within);
+        [
+            a | b << 8_u32 | c << 16_u32 | d << 24_u32,
+            e | f << 8_u32 | g << 16_u32 | h << 24_u32,
+        ]
+    }
+
+    #[inline(always)]
+    fn of_row(&self, y: f32, [left, right]: [f32x8<S>; 2]) -> [u32x8<S>; 2] {
         let v0 = self.slope[0] * y + self.at_zero[0];
         let v1 = self.slope[1] * y + self.at_zero[1];
         let v2 = self.slope[2] * y + self.at_zero[2];
         let v3 = self.slope[3] * y + self.at_zero[3];
-        let first = v0
-            .max(self.lower[0].select(v1, v0))
-            .max(self.lower[1].select(v2, v0));
-        let end = v3
-            .min(self.lower[0].select(v3, v1))
-            .min(self.lower[1].select(v3, v2));
-        [first.ceil(), end.ceil()]
+        let [second, third] = self.lower;
+        let first = v0.max(second.select(v1, v0)).max(third.select(v2, v0));
+        let end = v3.min(second.select(v3, v1)).min(third.select(v3, v2));
+        let simd = first.token();
+        [
+            to_whole(simd, first.ceil().max(left).min(right)).bitcast(),
+            to_whole(simd, end.ceil().max(left).min(right)).bitcast(),
+        ]
     }
+}
+
+/// Polygon by polygon, the bytes of four rows and of the four below.
+#[inline(always)]
+fn store_rows<S: Simd>(upper: u32x8<S>, lower: u32x8<S>, into: &mut [u64; BLOCK]) {
+    let (low, high) = upper.interleave(lower);
+    let words: &mut [u32] = bytemuck::cast_slice_mut(into);
+    low.store_slice(&mut words[..BLOCK]);
+    high.store_slice(&mut words[BLOCK..]);
 }
 
 #[inline(always)]

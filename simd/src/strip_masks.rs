@@ -5,7 +5,7 @@
 //! tile's word has it.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, i16x8, u8x16, u16x8};
+use fearless_simd::{Simd, i16x8, u8x16, u16x8, u64x2};
 
 use crate::TILE_SIZE;
 
@@ -47,13 +47,11 @@ impl<S: Simd> StripMasks<S> {
         (v - column).max(none).min(most)
     }
 
-    /// Eight bytes, for every tile.
+    /// The bytes of eight rows, for every tile.
     #[inline(always)]
-    pub(crate) fn ends(&self, bytes: &[u8]) -> S::u8s {
-        let mut both = [0; 16];
-        both[..8].copy_from_slice(bytes);
-        both[8..].copy_from_slice(bytes);
-        S::u8s::block_splat(u8x16::load_array(self.simd, both))
+    pub(crate) fn ends(&self, rows: u64) -> S::u8s {
+        let rows: u8x16<S> = u64x2::splat(self.simd, rows).bitcast();
+        S::u8s::block_splat(rows)
     }
 
     /// The samples of the tiles from `start` on, of each row from its column in `first` to before that in `end`; none

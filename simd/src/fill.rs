@@ -10,7 +10,7 @@
 //! * **Nothing to do.** Where every sample is covered by layers that are nearer, the tiles stay as they are.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch, f64x8, i16x8};
+use fearless_simd::{Simd, dispatch, f32x8, f64x4, f64x8, i16x8};
 
 use crate::merge::{Merger, RowDepth, STRIPS, Strip, TILES_PER_STRIP, Waiting};
 use crate::small::SmallStrips;
@@ -268,27 +268,30 @@ impl<'a, S: Simd> Filler<'a, S> {
     #[inline(always)]
     fn columns(&self, p: &Current<'_>, v: f64x8<S>) -> i16x8<S> {
         let simd = self.simd;
-        let least = f64x8::splat(simd, p.x[0] - 0.25);
-        let largest = f64x8::splat(simd, p.x[1] + 0.75);
-        let (low, high) = simd.split_f64x8(v.max(least).min(largest).ceil());
-        let (low, high) = simd.split_i32x8(simd.cvt_i32_f32x8(low.narrow(high)));
+        let (low, high) = simd.split_f64x8(v.ceil());
+        // Small whole numbers are exact in f32, and all others lie beyond the columns.
+        let v = low
+            .narrow(high)
+            .max(f32x8::splat(simd, p.x[0] as f32))
+            .min(f32x8::splat(simd, p.x[1] as f32 + 1.0));
+        let (low, high) = simd.split_i32x8(simd.cvt_i32_f32x8(v));
         low.relaxed_narrow(high)
     }
 
     /// First and last tile of a strip that may hold a covered sample.
     #[inline(always)]
     fn columns_of_strip(&self, p: &Current<'_>, y: i32) -> [usize; 2] {
-        let top = f64::from(y.max(p.y[0]));
-        let bottom = f64::from((y + TILE_SIZE - 1).min(p.y[1]));
-        let mut at = [[0.0; 2]; EDGES];
-        for ((at, slope), zero) in at.iter_mut().zip(p.slope).zip(p.at_zero) {
-            let (above, below) = (slope * top + zero, slope * bottom + zero);
-            *at = [lesser(above, below), greater(above, below)];
-        }
+        let simd = self.simd;
+        let slope = f64x4::load_array(simd, p.slope);
+        let at_zero = f64x4::load_array(simd, p.at_zero);
+        let above = slope * f64::from(y.max(p.y[0])) + at_zero;
+        let below = slope * f64::from((y + TILE_SIZE - 1).min(p.y[1])) + at_zero;
+        let least = above.min(below).to_array();
+        let most = above.max(below).to_array();
         let (first, last) = match p.lower {
-            1 => (at[0][0], lesser(lesser(at[1][1], at[2][1]), at[3][1])),
-            2 => (greater(at[0][0], at[1][0]), lesser(at[2][1], at[3][1])),
-            _ => (greater(greater(at[0][0], at[1][0]), at[2][0]), at[3][1]),
+            1 => (least[0], lesser(lesser(most[1], most[2]), most[3])),
+            2 => (greater(least[0], least[1]), lesser(most[2], most[3])),
+            _ => (greater(greater(least[0], least[1]), least[2]), most[3]),
         };
         let first = greater(first, p.x[0]);
         let last = lesser(last, p.x[1]);

@@ -17,7 +17,7 @@ use crate::reject::{Left, reject};
 use crate::set_up::set_up_block;
 use crate::spans::{BLOCK, SpanBlock};
 use crate::triangle::CullMode;
-use crate::vertex::{ScreenTransform, ScreenVertex, transform};
+use crate::vertex::{ClipVertex, ScreenTransform, transform};
 use crate::{GUARD_BAND, Level};
 
 /// The most quadrilaterals a cluster may have.
@@ -74,6 +74,8 @@ pub(crate) struct Vertices {
     pub(crate) depth: [f64; MOST_VERTICES],
     /// Bit `i` is set where vertex `i` can be used as it is.
     pub(crate) inside: u128,
+    /// Bit `i` is set where vertex `i` lies in front of the near plane.
+    pub(crate) too_near: u128,
 }
 
 impl Default for AssembleMemory {
@@ -83,6 +85,7 @@ impl Default for AssembleMemory {
                 place: [[0.0; 2]; MOST_VERTICES],
                 depth: [0.0; MOST_VERTICES],
                 inside: 0,
+                too_near: 0,
             },
             apart: Vec::with_capacity(2 * MOST_QUADS),
         }
@@ -140,12 +143,15 @@ fn assemble_plain(
 ) {
     let vertex = |i: usize| {
         let position = [cluster.x[i], cluster.y[i], cluster.z[i]];
-        let v = transform(drawing.screen, position);
-        v.is_inside(drawing.screen).then(|| v.snap())
+        transform(drawing.screen, position)
     };
-    let vertices: Vec<Option<ScreenVertex>> = (0..cluster.x.len()).map(vertex).collect();
+    let vertices: Vec<ClipVertex> = (0..cluster.x.len()).map(vertex).collect();
     let quad = |corners: &[u8; 4]| {
-        let [a, b, c, d] = corners.map(|i| vertices[usize::from(i)]);
+        let corners = corners.map(|i| vertices[usize::from(i)]);
+        if corners.iter().all(|v| v.is_too_near(drawing.screen)) {
+            return Some(Quad::Nothing);
+        }
+        let [a, b, c, d] = corners.map(|v| v.is_inside(drawing.screen).then(|| v.snap()));
         let corners = [a?, b?, c?, d?];
         Some(Quad::new(
             corners,
@@ -258,6 +264,7 @@ fn row<S: Simd>(r: &[f64; 4], x: S::f64s, y: S::f64s, z: S::f64s) -> S::f64s {
 fn project<S: Simd>(simd: S, cluster: Cluster<'_>, t: &ScreenTransform, vertices: &mut Vertices) {
     let lanes = S::f64s::LEN;
     vertices.inside = 0;
+    vertices.too_near = 0;
     for at in (0..cluster.x.len()).step_by(2 * lanes) {
         let x = S::f32s::from_slice(simd, &cluster.x[at..at + 2 * lanes]).widen();
         let y = S::f32s::from_slice(simd, &cluster.y[at..at + 2 * lanes]).widen();
@@ -290,6 +297,8 @@ fn project_lanes<S: Simd>(
     let w = row::<S>(&t.w, px, py, pz);
     let zero = S::f64s::splat(simd, 0.0);
     let band = w * f64::from(GUARD_BAND);
+    let too_near = depth.simd_gt(w * t.near_depth);
+    vertices.too_near |= u128::from(too_near.to_bitmask()) << at;
     let mut inside = w.simd_gt(zero)
         & band.simd_lt(S::f64s::splat(simd, f64::INFINITY))
         & depth.simd_le(w * t.near_depth)

@@ -48,10 +48,12 @@ pub(crate) fn reject<S: Simd>(
     let mut candidates = (1_u64 << quads.len()) - 1;
     if vertices.inside != u128::MAX {
         for (i, quad) in quads.iter().enumerate() {
-            let is_inside = quad.iter().all(|v| vertices.inside >> v & 1 == 1);
-            left.outside |= u64::from(!is_inside) << i;
+            let all = |set: u128| quad.iter().all(|v| set >> v & 1 == 1);
+            if !all(vertices.inside) {
+                candidates &= !(1 << i);
+                left.outside |= u64::from(!all(vertices.too_near)) << i;
+            }
         }
-        candidates &= !left.outside;
     }
     let mut tiles = SmallExtents::default();
     let (mut drawn, mut convex, mut small) = (0, 0, 0);

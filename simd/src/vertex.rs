@@ -86,6 +86,13 @@ impl ClipVertex {
             && self.y.abs() <= band
     }
 
+    /// Whether the vertex lies in front of the near plane: nothing is seen of a polygon whose vertices all do. False for a
+    /// NaN.
+    #[inline]
+    pub fn is_too_near(&self, t: &ScreenTransform) -> bool {
+        self.depth > t.near_depth * self.w
+    }
+
     /// The vertex on the sub-pixel grid, rounded to the nearest point, halves up. Only for a vertex that
     /// [`ClipVertex::is_inside`] (or that clipping put on the border of the inside).
     #[inline]

@@ -1,11 +1,13 @@
 //! Which occluders of a batch are hidden behind what is drawn so far, and which of their clusters.
 
 use antumbra_simd::query::Covered;
+use glam::DAffine3;
 
 use super::{Frame, grow, share_of};
 use crate::occlusion::{Footprint, OcclusionBuffer};
-use crate::prepare::Cluster;
+use crate::prepare::{Cluster, NormalCone};
 use crate::tasks::Work;
+use crate::view::{Camera, Projection};
 
 /// An occluder with so many triangles is asked a second time, by its outline and faces, before it is drawn.
 const WORTH_ASKING_CLOSELY: u32 = 24;
@@ -87,7 +89,7 @@ pub fn ask<'m>(
     &memory.answers
 }
 
-/// Finds the clusters of objects that are not hidden, in order. Drawing a hidden one would not change a bit.
+/// Finds the clusters of objects that face the eye and are not hidden, in order. Drawing a hidden one would not change a bit.
 pub fn ask_clusters(
     frame: &Frame<'_>,
     objects: &[u32],
@@ -179,13 +181,14 @@ impl Questions {
                 self.visible.push(0);
                 continue;
             };
-            if mesh.clusters().len() == 1 {
-                // The object has just been asked.
-                self.visible.push(1);
-                continue;
-            }
             let screen = buffer.screen();
             let clusters = &mesh.clusters()[group.first as usize..][..group.count as usize];
+            let facing = facing(clusters, screen.camera(), &placed.world_from_local);
+            if facing == 0 || mesh.clusters().len() == 1 {
+                // The object has just been asked.
+                self.visible.push(facing);
+                continue;
+            }
             self.footprints.clear();
             screen.footprints_of_local_boxes(
                 frame.settings.level,
@@ -196,8 +199,32 @@ impl Questions {
             );
             let bits = self.footprints.iter().enumerate();
             self.visible.push(bits.fold(0, |visible, (i, &footprint)| {
-                visible | u64::from(!buffer.hides(footprint, Covered::Samples)) << i
+                let is_seen = facing >> i & 1 == 1 && !buffer.hides(footprint, Covered::Samples);
+                visible | u64::from(is_seen) << i
             }));
         }
     }
+}
+
+/// Which clusters of a placed mesh may show a front: those whose cones do not say that all of it looks away.
+fn facing(clusters: &[Cluster], camera: &Camera, world_from_local: &DAffine3) -> u64 {
+    let all = u64::MAX >> (u64::BITS as usize - clusters.len());
+    if clusters.iter().all(|cluster| cluster.cone.is_none()) {
+        return all;
+    }
+    let local_from_world = world_from_local.inverse();
+    let eye = local_from_world.transform_point3(camera.eye());
+    let view = local_from_world.transform_vector3(camera.forward());
+    let is_perspective = matches!(camera.projection(), Projection::Perspective { .. });
+    let looks_away = |cone: &NormalCone| {
+        if is_perspective {
+            cone.is_back_facing(eye)
+        } else {
+            cone.is_back_facing_along(view)
+        }
+    };
+    let cones = clusters.iter().map(|cluster| cluster.cone.as_ref());
+    cones.enumerate().fold(all, |facing, (i, cone)| {
+        facing & !(u64::from(cone.is_some_and(looks_away)) << i)
+    })
 }

@@ -1,9 +1,11 @@
-//! Fills triangles into rows of tiles: coverage, and two layers of depth for each part.
+//! Fills polygons into rows of tiles: coverage, and two layers of depth for each part.
 //!
-//! The plain form is the definition: triangle after triangle, tile after tile, the covered samples by
+//! The plain form is the definition: polygon after polygon, tile after tile, the covered samples by
 //! [`SpanPolygon::coverage_of_tile`] and [`merge`]. The vector form gives the same bits:
 //!
-//! * **Masks.** The spans of a strip of eight rows are eight bytes for either end. A tile's mask is two table look-ups of
+//! * **Strips.** Eight rows of a polygon are a strip. Those of a large polygon are found one by one, with a row in each lane;
+//!   those of small ones together ([`crate::small`]). A strip is merged (`merge`) by masks and layers.
+//! * **Masks.** The spans of a strip are eight bytes for either end. A tile's mask is two table look-ups of
 //!   those bytes, less the tile's own column, and an AND: for as many tiles at once as a vector has groups of eight bytes.
 //! * **Layers.** A part's mask is 32 bits and its depth an f32, so a vector of either holds the parts of two, four or
 //!   eight tiles. The cases of [`merge`] become a sort of three layers by selection.
@@ -43,7 +45,7 @@ impl TileRows<'_> {
     }
 }
 
-/// Fills the triangles of blocks in order, as far as they lie in these rows.
+/// Fills the polygons of blocks in order, as far as they lie in these rows.
 pub fn fill(level: Level, blocks: &[SpanBlock], rows: &mut TileRows<'_>) {
     match level.token() {
         None => fill_plain(blocks, rows),
@@ -52,17 +54,17 @@ pub fn fill(level: Level, blocks: &[SpanBlock], rows: &mut TileRows<'_>) {
 }
 
 fn fill_plain(blocks: &[SpanBlock], rows: &mut TileRows<'_>) {
-    for triangle in blocks.iter().flat_map(SpanBlock::iter) {
-        fill_one_plain(&triangle, rows);
+    for polygon in blocks.iter().flat_map(SpanBlock::iter) {
+        fill_one_plain(&polygon, rows);
     }
 }
 
-fn fill_one_plain(triangle: &SpanPolygon, rows: &mut TileRows<'_>) {
-    let first = (triangle.y[0] / TILE_SIZE).max(rows.first_row);
-    let last = (triangle.y[1] / TILE_SIZE).min(rows.first_row + rows.rows() - 1);
+fn fill_one_plain(polygon: &SpanPolygon, rows: &mut TileRows<'_>) {
+    let first = (polygon.y[0] / TILE_SIZE).max(rows.first_row);
+    let last = (polygon.y[1] / TILE_SIZE).min(rows.first_row + rows.rows() - 1);
     for tile_y in first..=last {
-        for tile_x in triangle.x[0] / TILE_SIZE..=triangle.x[1] / TILE_SIZE {
-            let mask = triangle.coverage_of_tile(tile_x, tile_y);
+        for tile_x in polygon.x[0] / TILE_SIZE..=polygon.x[1] / TILE_SIZE {
+            let mask = polygon.coverage_of_tile(tile_x, tile_y);
             if mask != 0 {
                 let tile = (tile_y - rows.first_row) as usize * rows.across + tile_x as usize;
                 let tile = TileMut {
@@ -71,7 +73,7 @@ fn fill_one_plain(triangle: &SpanPolygon, rows: &mut TileRows<'_>) {
                     near_samples: &mut rows.near_samples[tile],
                     near: &mut rows.near[tile],
                 };
-                merge(tile, mask, triangle, tile_x, tile_y);
+                merge(tile, mask, polygon, tile_x, tile_y);
             }
         }
     }

@@ -153,7 +153,7 @@ impl<'a, S: Simd> Merger<'a, S> {
         }
     }
 
-    /// Whether a vector's tiles are covered and nowhere farther than the triangle's nearest vertex.
+    /// Whether a vector's tiles are covered and nowhere farther than the polygon's nearest corner.
     #[inline(always)]
     pub(crate) fn is_hidden(&self, nearest: f32, row: usize, tile: usize) -> bool {
         let at = (row + tile.min(self.across - S::f64s::LEN)) * PARTS_PER_TILE;
@@ -187,7 +187,7 @@ impl<'a, S: Simd> Merger<'a, S> {
         let near_samples = near_samples & !new;
         (coverage | mask).store_slice(&mut self.coverage[range.clone()]);
         if (far_samples | near_samples).simd_eq(none).all_true() {
-            // Nothing but this triangle is left, or nothing at all.
+            // Nothing but this polygon is left, or nothing at all.
             none.store_slice(&mut self.near_samples[range.clone()]);
             let depth = new.simd_eq(none).select(far, depth);
             depth.store_slice(&mut self.far[range]);

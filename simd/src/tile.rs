@@ -1,4 +1,4 @@
-//! Merges a triangle into a tile: coverage, and two layers of conservative depth for each part.
+//! Merges a polygon into a tile: coverage, and two layers of conservative depth for each part.
 //!
 //! A part's depth is the farthest depth of the nearest occluder surfaces over its covered samples (HOM §6.4), or
 //! farther. One value a part forgets too much: where a near and a far surface share a part, the far one's depth would
@@ -10,8 +10,8 @@
 //!   near layer   samples in `near_samples`                    depth `near`    nearer than `far`
 //! ```
 //!
-//! A triangle takes over the samples that it covers in layers farther than itself, and those not yet covered: the
-//! surface there is now not farther than the triangle. Layers nearer than the triangle keep theirs. The triangle's
+//! A polygon takes over the samples that it covers in layers farther than itself, and those not yet covered: the
+//! surface there is now not farther than the polygon. Layers nearer than the polygon keep theirs. The polygon's
 //! samples are a third layer; if none of the three is empty, the two that lie closest to each other along the view
 //! become one, at the farther depth of the two. Depths are the larger the nearer.
 

@@ -6,7 +6,8 @@
 
 use glam::DVec3;
 
-/// Two triangles make a quadrilateral if the cosine between their normals is at least this. On falcon …
+/// Two triangles make a quadrilateral if the cosine between their normals is at least this. With 0.95, and the bend on
+/// screen limited likewise ([`antumbra_simd::quad`]), castle takes 3 % more instructions, Sponza 5.
 const LEAST_COSINE: f64 = 0.8;
 
 /// Triangles as quadrilaterals `a b c d`: the triangles `a b c` and `a c d`, or one where `c` and `d` are the same. They

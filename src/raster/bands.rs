@@ -36,8 +36,8 @@ impl Bands {
         steps[0] = 1;
         for block in lists.flat_map(BlockList::rows) {
             if block.first <= block.last {
-                steps[block.first as usize] += i64::from(block.triangles);
-                steps[block.last as usize + 1] -= i64::from(block.triangles);
+                steps[block.first as usize] += i64::from(block.polygons);
+                steps[block.last as usize + 1] -= i64::from(block.polygons);
             }
         }
         let weights = || {

@@ -1,14 +1,14 @@
-//! Triangles that are ready to be filled, and which rows of tiles they lie in: who fills some rows need not look at the
-//! triangles of the others.
+//! Polygons that are ready to be filled, and which rows of tiles they lie in: who fills some rows need not look at the
+//! polygons of the others.
 
 use antumbra_simd::TILE_SIZE;
 use antumbra_simd::spans::{BLOCK, SpanBlock};
 
 /// Blocks that miss the rows are taken along where fewer than this lie between two that meet them: looking at a few more
-/// triangles costs less than beginning anew.
+/// polygons costs less than beginning anew.
 const WORTH_SKIPPING: usize = 3;
 
-/// Blocks of triangles in the order to fill them.
+/// Blocks of polygons in the order to fill them.
 #[derive(Clone, Debug, Default)]
 pub struct BlockList {
     /// The blocks.
@@ -17,15 +17,15 @@ pub struct BlockList {
     rows: Vec<BlockRows>,
 }
 
-/// Where a block's triangles lie: kept apart from the block, which is large and may be in another thread's cache.
+/// Where a block's polygons lie: kept apart from the block, which is large and may be in another thread's cache.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BlockRows {
     /// The first row of tiles.
     pub first: i32,
-    /// The last row of tiles, below the first if there is no triangle.
+    /// The last row of tiles, below the first if there is no polygon.
     pub last: i32,
-    /// How many triangles there are.
-    pub triangles: u32,
+    /// How many polygons there are.
+    pub polygons: u32,
 }
 
 impl BlockList {
@@ -85,7 +85,7 @@ fn rows_of_block(block: &SpanBlock) -> BlockRows {
     BlockRows {
         first: first as i32 / TILE_SIZE,
         last: last as i32 / TILE_SIZE,
-        triangles: block.present.count_ones(),
+        polygons: block.present.count_ones(),
     }
 }
 
@@ -93,7 +93,7 @@ fn rows_of_block(block: &SpanBlock) -> BlockRows {
 mod tests {
     use super::*;
 
-    /// A block whose triangles lie in rows of tiles from `first` to `last`.
+    /// A block whose polygons lie in rows of tiles from `first` to `last`.
     fn block(first: i32, last: i32) -> SpanBlock {
         let mut block = SpanBlock::EMPTY;
         block.present = 0b10;

@@ -1,6 +1,8 @@
 //! Every loop gives the same bits on every level that this machine has: on random input, and on the odd cases that
 //! vectors get wrong (narrow pictures, borders, edges that are level, vertices that are nowhere).
 
+mod chance;
+
 use antumbra_simd::assemble::{AssembleMemory, Cluster, Drawing, VERTEX_PADDING, assemble};
 use antumbra_simd::boxes::{BOXES, BoxBlock, BoxView, RectBlock, project_boxes};
 use antumbra_simd::coverage::{PART_MASKS, coverage_of_tile};
@@ -12,26 +14,7 @@ use antumbra_simd::tile::UNCOVERED;
 use antumbra_simd::triangle::{CullMode, Triangle};
 use antumbra_simd::vertex::{ScreenTransform, ScreenVertex};
 use antumbra_simd::{GUARD_BAND, Level};
-
-/// Numbers that are the same on every machine (splitmix64).
-struct Chance(u64);
-
-impl Chance {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn whole(&mut self, from: i32, to: i32) -> i32 {
-        from + (self.next() % (i64::from(to) - i64::from(from) + 1) as u64) as i32
-    }
-
-    fn real(&mut self, from: f64, to: f64) -> f64 {
-        from + (to - from) * (self.next() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-}
+use chance::Chance;
 
 /// Coverage, depths, near samples, and the near depths of parts that have any.
 type TileBits = (u64, [u32; 2], u64, [Option<u32>; 2]);

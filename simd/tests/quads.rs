@@ -1,31 +1,14 @@
 //! A quadrilateral drawn as one is its two triangles: the same samples, and nowhere nearer.
 
+mod chance;
+
 use antumbra_simd::PART_HEIGHT;
 use antumbra_simd::coverage::coverage_of_tile;
 use antumbra_simd::quad::Quad;
 use antumbra_simd::spans::SpanPolygon;
 use antumbra_simd::triangle::{CullMode, Triangle};
 use antumbra_simd::vertex::ScreenVertex;
-
-/// Numbers that are the same on every machine (splitmix64).
-struct Chance(u64);
-
-impl Chance {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn whole(&mut self, from: i32, to: i32) -> i32 {
-        from + (self.next() % (i64::from(to) - i64::from(from) + 1) as u64) as i32
-    }
-
-    fn real(&mut self, from: f64, to: f64) -> f64 {
-        from + (to - from) * (self.next() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-}
+use chance::Chance;
 
 const SIZE: i32 = 96;
 

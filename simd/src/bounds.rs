@@ -1,5 +1,6 @@
 //! Projects the corners of a box to the screen: extents and what is nearest.
 
+use crate::order::{greater, lesser};
 use crate::vertex::ScreenTransform;
 
 /// What the corners of a box span on screen.
@@ -26,16 +27,6 @@ pub struct Corners {
     pub depth: [f64; 8],
     /// W of each.
     pub w: [f64; 8],
-}
-
-#[inline(always)]
-pub(crate) fn lesser(a: f64, b: f64) -> f64 {
-    if b < a { b } else { a }
-}
-
-#[inline(always)]
-pub(crate) fn greater(a: f64, b: f64) -> f64 {
-    if b > a { b } else { a }
 }
 
 /// The least of eight numbers.

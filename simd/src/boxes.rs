@@ -7,6 +7,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch};
 
+use crate::order::{greater, largest, least, lesser};
 use crate::vertex::ScreenTransform;
 use crate::{Level, SUBPIXELS};
 
@@ -85,14 +86,6 @@ pub fn project_boxes(level: Level, view: &BoxView, boxes: &BoxBlock, rects: &mut
     }
 }
 
-fn lesser(a: f64, b: f64) -> f64 {
-    if b < a { b } else { a }
-}
-
-fn greater(a: f64, b: f64) -> f64 {
-    if b > a { b } else { a }
-}
-
 fn project_plain(view: &BoxView, boxes: &BoxBlock, i: usize, rects: &mut RectBlock) {
     let ends = |axis: usize| [boxes.min[axis][i], boxes.max[axis][i]];
     let [px, py, pz] = [ends(0), ends(1), ends(2)];
@@ -156,16 +149,6 @@ fn project_plain(view: &BoxView, boxes: &BoxBlock, i: usize, rects: &mut RectBlo
 #[inline(always)]
 fn vector_length<S: Simd>(_: S) -> usize {
     S::f64s::LEN
-}
-
-#[inline(always)]
-fn least<S: Simd>(a: S::f64s, b: S::f64s) -> S::f64s {
-    b.simd_lt(a).select(b, a)
-}
-
-#[inline(always)]
-fn largest<S: Simd>(a: S::f64s, b: S::f64s) -> S::f64s {
-    b.simd_gt(a).select(b, a)
 }
 
 /// The terms of one row, at both ends of each axis.

@@ -15,6 +15,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f32x8, f64x4, f64x8, i16x8};
 
 use crate::merge::{Merger, RowDepth, STRIPS, Strip, TILES_PER_STRIP, Waiting};
+use crate::order::{greater, lesser};
 use crate::small::SmallStrips;
 use crate::spans::{EDGES, SpanBlock, SpanPolygon};
 use crate::tile::{TileMut, merge};
@@ -100,6 +101,7 @@ struct Filler<'a, S: Simd> {
     simd: S,
     merger: Merger<'a, S>,
     waiting: Waiting,
+    small: SmallStrips,
     first_row: i32,
     last_row: i32,
     /// Samples in the picture's last row of tiles.
@@ -121,6 +123,7 @@ impl<'a, S: Simd> Filler<'a, S> {
                 strips: [Strip::EMPTY; STRIPS],
                 count: 0,
             },
+            small: SmallStrips::EMPTY,
             row_numbers: f64x8::from_fn(simd, |i| i as f64),
         }
     }
@@ -134,16 +137,15 @@ impl<'a, S: Simd> Filler<'a, S> {
         } else {
             small
         };
-        let mut lanes = SmallStrips::EMPTY;
         if small != 0 {
-            lanes.find(self.simd, block, small);
+            self.small.find(self.simd, block, small);
         }
         let mut left = block.present;
         while left != 0 {
             let i = left.trailing_zeros() as usize;
             left &= left - 1;
             if small >> i & 1 == 1 {
-                self.find_small(&lanes, block, i);
+                self.find_small(block, i);
             } else {
                 let polygon = Current::new(block, i);
                 let first = (polygon.y[0] / TILE_SIZE).max(self.first_row);
@@ -157,15 +159,15 @@ impl<'a, S: Simd> Filler<'a, S> {
 
     /// Merges the strips of a small polygon that are known, and finds the others.
     #[inline(always)]
-    fn find_small(&mut self, lanes: &SmallStrips, block: &SpanBlock, i: usize) {
-        let [first_tile, last] = [0, 1].map(|end| lanes.tiles[end][i] as usize);
-        let first_row = lanes.rows[0][i];
+    fn find_small(&mut self, block: &SpanBlock, i: usize) {
+        let [first_tile, last] = self.small.tiles.each_ref().map(|end| end[i] as usize);
+        let [first_row, last_row] = self.small.rows.each_ref().map(|end| end[i]);
         let from = first_row.max(self.first_row);
-        let until = lanes.rows[1][i].min(self.last_row);
+        let until = last_row.min(self.last_row);
         for tile_y in from..=until {
             let k = (tile_y - first_row) as usize;
             let is_cut = tile_y == self.last_row && self.samples_of_last < TILE_SIZE;
-            if k >= lanes.found || is_cut || first_tile + S::f64s::LEN > self.merger.across {
+            if k >= self.small.found || is_cut || first_tile + S::f64s::LEN > self.merger.across {
                 self.find_strips(&Current::new(block, i), tile_y);
                 continue;
             }
@@ -176,14 +178,14 @@ impl<'a, S: Simd> Filler<'a, S> {
             let row = (tile_y - self.first_row) as usize * self.merger.across;
             self.merger.merge_strip(&Strip {
                 depth: RowDepth {
-                    halves: lanes.halves[k].each_ref().map(|half| half[i]),
+                    halves: self.small.halves[k].each_ref().map(|half| half[i]),
                     per_tile: block.per_tile[i],
                     farthest: block.farthest[i],
                     nearest: block.nearest[i],
                     first_tile,
                 },
-                first: lanes.first[k][i],
-                end: lanes.end[k][i],
+                first: self.small.first[k][i],
+                end: self.small.end[k][i],
                 from: first_tile,
                 row,
                 tiles: [first_tile, last],
@@ -303,16 +305,6 @@ impl<'a, S: Simd> Filler<'a, S> {
             to_tile(greater(last, 0.0)),
         ]
     }
-}
-
-#[inline(always)]
-fn lesser(a: f64, b: f64) -> f64 {
-    if b < a { b } else { a }
-}
-
-#[inline(always)]
-fn greater(a: f64, b: f64) -> f64 {
-    if b > a { b } else { a }
 }
 
 /// The tile of a column or row: of a number from 0 to 2¹⁵, rounded down.

@@ -38,6 +38,7 @@ pub mod fill;
 pub mod glance;
 mod level;
 mod merge;
+mod order;
 pub mod outline;
 pub mod part_depth;
 pub mod projected;

@@ -13,6 +13,7 @@
 //! such numbers, `2⁻²⁴·M` each. The one in f64 is off by `2⁻²²·M` at most ([`DepthPlane::SLOPE_ERROR`]), at the sample, at the
 //! corner where the plane is taken, and where a quadrilateral's fourth corner was compared. `2⁻¹⁹·M` is taken off for all.
 
+use crate::order::greater;
 use crate::triangle::DepthPlane;
 use crate::{SUBPIXELS, TILE_SIZE};
 
@@ -52,7 +53,6 @@ impl PartDepth {
         } else {
             [tiles[0] * TILE_SIZE, tiles[0] * TILE_SIZE + TILE_SIZE - 1]
         }[usize::from(plane.slope_x < 0.0)];
-        let greater = |a: f64, b: f64| if b > a { b } else { a };
         let largest = (greater(plane.nearest.abs(), plane.farthest.abs())
             + plane.slope_x.abs() * (across + 16.0))
             + plane.slope_y.abs() * (down + 16.0);

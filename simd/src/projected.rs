@@ -30,9 +30,10 @@
 //! can.
 
 use crate::SUBPIXELS;
-use crate::bounds::{Corners, Extent, greater, largest_of, least_of, lesser, project_corners};
+use crate::bounds::{Corners, Extent, largest_of, least_of, project_corners};
 use crate::boxes::BoxView;
 use crate::faces::{FacePlane, Faces};
+use crate::order::{greater, lesser};
 use crate::outline::{Outline, OutlineEdge};
 use crate::query::Rectangle;
 use crate::triangle::DepthPlane;

@@ -13,6 +13,7 @@
 //! Its depth is the plane of the first triangle, put back by as much as the other corner lies behind it: at every sample
 //! it is not nearer than the sample's own triangle, but for rounding, which [`PartDepth`] makes up for.
 
+use crate::order::{greater, lesser};
 use crate::part_depth::PartDepth;
 use crate::small::SMALL;
 use crate::spans::{SpanPolygon, Spans};
@@ -104,8 +105,6 @@ fn plane_of(
     if c == d {
         return Some(plane);
     }
-    let lesser = |a: f64, b: f64| if b < a { b } else { a };
-    let greater = |a: f64, b: f64| if b > a { b } else { a };
     let smaller = lesser(first.abs() as f64, second.abs() as f64);
     let is_sliver = extent[0] * extent[1] > SLIVER * smaller;
     plane.farthest = lesser(plane.farthest, d.depth);

@@ -8,6 +8,7 @@ use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
 use crate::assemble::{Drawing, MOST_VERTICES, Vertices};
+use crate::order::greater;
 use crate::set_up::coordinates;
 use crate::spans::BLOCK;
 use crate::triangle::CullMode;
@@ -96,11 +97,6 @@ struct SmallExtents {
     to_right: [i32; BLOCK],
     /// From there to the tile below.
     down: [i32; BLOCK],
-}
-
-#[inline(always)]
-fn greater(a: f64, b: f64) -> f64 {
-    if b > a { b } else { a }
 }
 
 /// What is known of the quadrilaterals in some lanes of a block: a bit for each.

@@ -6,6 +6,7 @@ use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
 use crate::assemble::{Drawing, MOST_VERTICES, Vertices};
+use crate::order::{largest, least};
 use crate::part_depth::{LARGEST, ROUNDING};
 use crate::quad::BEND;
 use crate::small::SMALL;
@@ -88,16 +89,6 @@ pub(crate) fn coordinates<S: Simd>(
     let high = S::f32s::from_slice(simd, &flat[2 * lane + lanes..2 * lane + 2 * lanes]);
     let (x, y) = low.deinterleave(high);
     [x, y]
-}
-
-#[inline(always)]
-fn least<S: Simd>(a: S::f64s, b: S::f64s) -> S::f64s {
-    b.simd_lt(a).select(b, a)
-}
-
-#[inline(always)]
-fn largest<S: Simd>(a: S::f64s, b: S::f64s) -> S::f64s {
-    b.simd_gt(a).select(b, a)
 }
 
 /// The crossings of edges, and whether their inside lies on the right.

@@ -11,6 +11,7 @@
 
 use crate::TILE_SIZE;
 use crate::coverage::rectangle_mask;
+use crate::order::{greater, lesser};
 use crate::part_depth::PartDepth;
 use crate::small::SMALL;
 use crate::triangle::{Edge, Triangle};
@@ -66,8 +67,6 @@ impl Spans {
     #[inline]
     pub fn of_row(&self, y: i32, x: [i32; 2]) -> [i32; 2] {
         let at = |edge: usize| self.slope[edge] * f64::from(y) + self.at_zero[edge];
-        let greater = |a: f64, b: f64| if b > a { b } else { a };
-        let lesser = |a: f64, b: f64| if b < a { b } else { a };
         // A quarter beside the first and the last column, so that the ceiling gives what it should.
         let (least, largest) = (f64::from(x[0]) - 0.25, f64::from(x[1]) + 0.75);
         let column = |v: f64| lesser(greater(v, least), largest).ceil() as i32;

@@ -8,6 +8,7 @@
 //! loses nothing. |A|, |B| ≤ 2²⁴ and |C| < 2⁴⁹, so i64 holds everything.
 
 use crate::SUBPIXELS;
+use crate::order::{greater, lesser};
 use crate::vertex::ScreenVertex;
 
 /// Which sides of a triangle are drawn. A front face winds counter-clockwise on screen.
@@ -128,8 +129,6 @@ impl DepthPlane {
         let slope_x = (d1 * delta(v2.y, v0.y) - d2 * delta(v1.y, v0.y)) * per_sample;
         let slope_y = (d2 * delta(v1.x, v0.x) - d1 * delta(v2.x, v0.x)) * per_sample;
         let to_samples = |v: i32| f64::from(v - SUBPIXELS / 2) / f64::from(SUBPIXELS);
-        let lesser = |a: f64, b: f64| if b < a { b } else { a };
-        let greater = |a: f64, b: f64| if b > a { b } else { a };
         let farthest = lesser(lesser(v0.depth, v1.depth), v2.depth);
         let unless_sliver = |sloped: f64, flat: f64| if is_sliver { flat } else { sloped };
         DepthPlane {

@@ -1,7 +1,7 @@
 //! The picture's rows of tiles in bands that take about the same time to fill.
 //!
 //! What there is to draw often lies in a few rows: bands of equal heights would leave all threads waiting for one of them.
-//! So rows are weighed by the triangles of the blocks that touch them. The bits do not depend on it.
+//! So rows are weighed by the polygons of the blocks that touch them. The bits do not depend on it.
 
 use super::BlockList;
 

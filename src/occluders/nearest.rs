@@ -1,4 +1,4 @@
-//! Distance-based selection (HOM §7.3.2): the objects whose boxes have the nearest centres.
+//! Distance-based selection (HOM §7.3.2): the objects whose boxes reach nearest to the eye.
 //!
 //! Most objects of a scene are found hidden in groups before their turn comes, so their order is only found as far as it is
 //! needed.
@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use crate::scene::Scene;
 
-/// Finds keys that sort objects by the distance of their boxes' centres from the eye, nearest first, ties in scene order.
+/// Finds keys that sort objects by the distance of their boxes from the eye, nearest first, ties in scene order.
 pub fn distance_keys(
     scene: &Scene,
     eye: DVec3,
@@ -16,7 +16,8 @@ pub fn distance_keys(
 ) {
     keys.clear();
     keys.extend(objects.map(|object| {
-        let distance = (scene.bounds()[object as usize].center() - eye).length_squared();
+        let bounds = &scene.bounds()[object as usize];
+        let distance = (eye.clamp(bounds.min, bounds.max) - eye).length_squared();
         // Bits of floats that are not negative sort as the floats do.
         u64::from((distance as f32).to_bits()) << 32 | u64::from(object)
     }));

@@ -95,6 +95,11 @@ impl<'a> Tasks<'a> {
         }
     }
 
+    /// The same, but with each stage as for one thread.
+    pub fn by_one(self) -> Tasks<'a> {
+        Tasks { threads: 1, ..self }
+    }
+
     /// How many threads the work is cut for.
     pub fn threads(self) -> usize {
         self.threads

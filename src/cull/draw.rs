@@ -1,11 +1,13 @@
-//! Draws occluders into the buffer: batch after batch, each asked first (`ask`), cluster by cluster (`rounds`).
+//! Draws occluders into the buffer: batch after batch, each asked first (`ask`); cluster by cluster, nearest first
+//! (`waiting`, `rounds`).
 
-use super::ask::{Answer, AskMemory, ToDraw, ask, ask_clusters};
-use super::rounds::{Assembly, draw_clusters};
+use super::ask::{Answer, AskMemory, ask};
+use super::rounds::{RoundMemory, draw_waiting};
 use super::traverse::{TraverseMemory, hide_subtrees};
+use super::waiting::{Waiting, nearness};
 use super::{Frame, Statistics};
 use crate::occluders::{object_of, sort_nearest};
-use crate::occlusion::OcclusionBuffer;
+use crate::occlusion::{Footprint, OcclusionBuffer};
 use crate::tasks::Work;
 
 /// Objects that are asked, and then drawn, together. An answer sees only what whole batches before its own have
@@ -23,10 +25,11 @@ const MORE_BEFORE_NEXT_LOOK: usize = 3;
 #[derive(Debug, Default)]
 pub struct DrawMemory {
     batch: Vec<u32>,
-    to_draw: Vec<ToDraw>,
+    to_draw: Vec<(u32, Footprint)>,
     ask: AskMemory,
+    waiting: Waiting,
+    rounds: RoundMemory,
     traverse: TraverseMemory,
-    assemblies: Vec<Assembly>,
 }
 
 /// What drawing found and did.
@@ -49,6 +52,7 @@ pub fn draw_occluders(
     mut drawn: Drawn<'_>,
 ) {
     let mut batches = BATCHES_BEFORE_LOOK;
+    memory.waiting.clear();
     loop {
         let before_look = candidates.len().min(batches * OBJECTS_PER_BATCH);
         frame.tasks.alone(Work::Select, || {
@@ -58,12 +62,13 @@ pub fn draw_occluders(
             memory.batch.clear();
             memory.batch.extend(batch.iter().map(|&key| object_of(key)));
             if !draw_batch(frame, buffer, memory, &mut drawn) {
-                return;
+                candidates.clear();
+                break;
             }
         }
-        candidates.drain(..before_look);
+        candidates.drain(..before_look.min(candidates.len()));
         if candidates.is_empty() {
-            return;
+            return draw_until(EVERYTHING, frame, buffer, memory, drawn.hidden);
         }
         hide_subtrees(
             frame,
@@ -87,15 +92,15 @@ fn draw_batch(
     let batch = &memory.batch;
     let answers = ask(frame, batch, buffer, &mut memory.ask);
     drawn.statistics.occluders_asked += batch.len() as u64;
-    let first = drawn.occluders.len();
+    memory.to_draw.clear();
     let mut spent = false;
-    for (&object, answer) in batch.iter().zip(answers) {
+    for (&object, &answer) in batch.iter().zip(answers) {
         let cost = u64::from(frame.occluders.triangles_of(object));
         match answer {
             Answer::Hidden => drawn.hidden[object as usize] = true,
             // Its own mesh may be far beyond any budget: that is what it has a proxy for.
             Answer::CutOpen => {}
-            Answer::Visible => {
+            Answer::Visible(footprint) => {
                 let triangles = drawn.statistics.occluder_triangles + cost;
                 if !frame.settings.budget.allows(triangles) {
                     spent = true;
@@ -103,12 +108,36 @@ fn draw_batch(
                 }
                 drawn.statistics.occluder_triangles = triangles;
                 drawn.occluders.push(object);
+                memory.to_draw.push((object, footprint));
             }
         }
     }
-    let objects = &drawn.occluders[first..];
-    drawn.statistics.occluders_drawn += objects.len() as u64;
-    ask_clusters(frame, objects, buffer, &mut memory.ask, &mut memory.to_draw);
-    draw_clusters(frame, &memory.to_draw, buffer, &mut memory.assemblies);
+    drawn.statistics.occluders_drawn += memory.to_draw.len() as u64;
+    // What is behind all that begins here may wait for others that begin before it.
+    let Some(&(_, farthest)) = memory.to_draw.last() else {
+        return !spent;
+    };
+    let hide = |object: u32| drawn.hidden[object as usize] = true;
+    memory.waiting.add(frame, &memory.to_draw, buffer, hide);
+    draw_until(nearness(farthest), frame, buffer, memory, drawn.hidden);
     !spent
+}
+
+/// A horizon that nothing is beyond.
+const EVERYTHING: u32 = 0;
+
+/// Draws what waits as far as a horizon.
+fn draw_until(
+    horizon: u32,
+    frame: &Frame<'_>,
+    buffer: &mut OcclusionBuffer,
+    memory: &mut DrawMemory,
+    hidden: &mut [bool],
+) {
+    let DrawMemory {
+        waiting, rounds, ..
+    } = memory;
+    draw_waiting(frame, waiting, horizon, buffer, rounds, |object| {
+        hidden[object as usize] = true;
+    });
 }

@@ -15,6 +15,7 @@ mod rounds;
 mod statistics;
 mod test;
 mod traverse;
+mod waiting;
 
 use std::sync::Arc;
 use std::time::Instant;

@@ -9,6 +9,8 @@ pub struct Occluders {
     clusters: ClusteredScene,
     /// How many triangles each object puts in the way.
     triangles: Vec<u32>,
+    /// Whether each object's clusters are all that is ever drawn of it.
+    is_all: Vec<bool>,
 }
 
 impl Occluders {
@@ -20,7 +22,13 @@ impl Occluders {
                 .occluder(object)
                 .map_or(0, |mesh| mesh.triangle_count() as u32)
         };
+        let is_all = |object: &Object| {
+            let surfaces = &scene.meshes()[object.mesh].surfaces;
+            object.occluder_mesh() == Some(object.mesh)
+                && surfaces.iter().all(|surface| surface.material.occludes())
+        };
         Occluders {
+            is_all: scene.objects().iter().map(is_all).collect(),
             triangles: scene.objects().iter().map(triangles).collect(),
             clusters,
         }
@@ -29,6 +37,11 @@ impl Occluders {
     /// How many triangles an object puts in the way as an occluder; 0 if it is none.
     pub fn triangles_of(&self, object: u32) -> u32 {
         self.triangles[object as usize]
+    }
+
+    /// Whether an object's clusters are all that is ever drawn of it: then it is hidden if they are.
+    pub fn is_all_of(&self, object: u32) -> bool {
+        self.is_all[object as usize]
     }
 
     /// What an object is drawn as; none if it is no occluder.

@@ -1,125 +1,142 @@
 //! Clusters into the buffer, round after round.
 //!
-//! A thread that draws alone sets up a few blocks of triangles and fills them at once. Several set up a round of clusters
-//! together, each task into a list of its own, and fill it by bands of rows of tiles, each band all lists in their order.
-//! Rounds are small: their blocks stay in the caches, and a small triangle that an earlier round hides is not set up.
+//! The clusters of a round are asked, and those that are not hidden set up, before any of them is filled: each task makes a
+//! list of its own. Then bands of rows of tiles are filled, each from all lists in their order. What a question sees
+//! depends on rounds alone, which are the same for any number of threads. They are small: what is nearer hides clusters of
+//! the next, and blocks stay in the caches.
 
 use antumbra_simd::assemble as simd;
-use antumbra_simd::spans::SpanBlock;
+use antumbra_simd::query::Covered;
 
-use super::ask::ToDraw;
+use super::waiting::{Placed, Waiting, WaitingCluster};
 use super::{Frame, grow, share_of};
 use crate::occlusion::OcclusionBuffer;
 use crate::raster::{BlockList, ClusterAssembler, CullMode};
-use crate::scene::is_mirroring;
-use crate::tasks::{Tasks, Work};
+use crate::tasks::Work;
 
-/// A thread that draws alone fills when it has this many blocks, while they are still in its nearest cache.
-const BLOCKS_PER_FLUSH: usize = 12;
-
-/// Fewer clusters than this are drawn by the calling thread alone: sharing them out costs more.
-const FEWEST_TO_SHARE: usize = 2;
+/// Clusters of a round; at most as many as a mask has bits.
+const CLUSTERS_PER_ROUND: usize = 64;
 
 /// A round has so many tasks for each thread, so that a long one does not hold up the others,
 const TASKS_PER_THREAD: usize = 4;
-/// each with at most so many clusters.
-const CLUSTERS_PER_TASK: usize = 16;
+/// each with at least so many clusters.
+const FEWEST_CLUSTERS: usize = 2;
+
+/// Memory that is kept from round to round.
+#[derive(Debug, Default)]
+pub struct RoundMemory {
+    round: Vec<WaitingCluster>,
+    assemblies: Vec<Assembly>,
+}
 
 /// What a task keeps.
 #[derive(Debug, Default)]
-pub struct Assembly {
+struct Assembly {
     assembler: ClusterAssembler,
     list: BlockList,
+    /// Bit `i` is set if cluster `i` of the task is hidden.
+    hidden: u64,
 }
 
-/// Draws clusters in their order.
-pub fn draw_clusters(
+/// Draws the clusters that wait and are at least as near as `horizon` says, each if it is not hidden; hands the objects to
+/// `hide` that turn out to be hidden as a whole.
+pub fn draw_waiting(
     frame: &Frame<'_>,
-    to_draw: &[ToDraw],
+    waiting: &mut Waiting,
+    horizon: u32,
     buffer: &mut OcclusionBuffer,
-    memory: &mut Vec<Assembly>,
+    memory: &mut RoundMemory,
+    mut hide: impl FnMut(u32),
 ) {
-    let tasks = frame.tasks;
-    if tasks.threads() == 1 || to_draw.len() < FEWEST_TO_SHARE {
-        grow(memory, 1);
-        return tasks.alone(Work::Assemble, || {
-            draw_alone(frame, to_draw, buffer, &mut memory[0]);
-        });
-    }
-    let most = tasks.threads() * TASKS_PER_THREAD;
-    for round in to_draw.chunks(most * CLUSTERS_PER_TASK) {
-        let share = round.len().div_ceil(most);
-        let count = round.len().div_ceil(share);
-        grow(memory, count);
-        let assemblies = &mut memory[..count];
-        tasks.each(Work::Assemble, assemblies, |task, assembly| {
-            assembly.list.clear();
-            for of_object in share_of(round, share, task).chunk_by(|a, b| a.object == b.object) {
-                assembly.assemble(frame, of_object, buffer);
-            }
-            assembly.list.find_rows();
-        });
-        let lists = assemblies.iter().map(|assembly| &assembly.list);
-        buffer.draw_blocks(lists, tasks);
-    }
-}
-
-fn draw_alone(
-    frame: &Frame<'_>,
-    to_draw: &[ToDraw],
-    buffer: &mut OcclusionBuffer,
-    assembly: &mut Assembly,
-) {
-    let flush = |list: &mut BlockList, buffer: &mut OcclusionBuffer| {
-        buffer.draw_blocks(std::iter::once(&*list), Tasks::ALONE);
-        list.clear();
-    };
-    assembly.list.clear();
-    for of_object in to_draw.chunk_by(|a, b| a.object == b.object) {
-        assembly.assemble(frame, of_object, buffer);
-        if assembly.list.blocks.len() >= BLOCKS_PER_FLUSH {
-            flush(&mut assembly.list, buffer);
+    let RoundMemory { round, assemblies } = memory;
+    let threads = frame.tasks.threads();
+    loop {
+        waiting.take(horizon, CLUSTERS_PER_ROUND, round);
+        if round.is_empty() {
+            return;
         }
+        let share = match threads {
+            1 => round.len(),
+            threads => round
+                .len()
+                .div_ceil(TASKS_PER_THREAD * threads)
+                .max(FEWEST_CLUSTERS),
+        };
+        let count = round.len().div_ceil(share);
+        grow(assemblies, count);
+        let assemblies = &mut assemblies[..count];
+        frame
+            .tasks
+            .each(Work::Assemble, assemblies, |task, assembly| {
+                assembly.assemble(frame, share_of(round, share, task), waiting, buffer);
+            });
+        // What is one task to set up is not worth sharing the filling of.
+        let tasks = if count == 1 {
+            frame.tasks.by_one()
+        } else {
+            frame.tasks
+        };
+        buffer.draw_blocks(assemblies.iter().map(|assembly| &assembly.list), tasks);
+        let of_tasks = assemblies.iter().enumerate();
+        let hidden = of_tasks.fold(0, |hidden, (task, assembly)| {
+            hidden | assembly.hidden << (task * share)
+        });
+        waiting.drawn(round, hidden, &mut hide);
     }
-    flush(&mut assembly.list, buffer);
 }
 
 impl Assembly {
-    /// Appends the triangles of some clusters of one object.
-    fn assemble(&mut self, frame: &Frame<'_>, clusters: &[ToDraw], buffer: &OcclusionBuffer) {
-        let object = &frame.scene.objects()[clusters[0].object as usize];
+    /// Asks clusters, and sets the triangles up of those that are not hidden.
+    fn assemble(
+        &mut self,
+        frame: &Frame<'_>,
+        clusters: &[WaitingCluster],
+        waiting: &Waiting,
+        buffer: &OcclusionBuffer,
+    ) {
+        self.list.clear();
+        self.hidden = 0;
+        for (i, cluster) in clusters.iter().enumerate() {
+            if !waiting.was_just_asked(cluster) && buffer.hides(cluster.footprint, Covered::Samples)
+            {
+                self.hidden |= 1 << i;
+            } else {
+                let placed = waiting.object_of(cluster);
+                self.set_up(frame, placed, cluster.cluster as usize, buffer);
+            }
+        }
+        self.list.find_rows();
+    }
+
+    fn set_up(
+        &mut self,
+        frame: &Frame<'_>,
+        placed: &Placed,
+        cluster: usize,
+        buffer: &OcclusionBuffer,
+    ) {
+        let object = &frame.scene.objects()[placed.object as usize];
         let Some(mesh) = frame.occluders.mesh_of(object) else {
             return;
         };
-        let place = &object.world_from_local;
-        let screen = buffer.screen().screen_from_local(place);
-        let single_sided = if is_mirroring(place) {
-            CullMode::Front
+        let geometry = mesh.geometry(cluster);
+        let cull = if mesh.clusters()[cluster].double_sided {
+            CullMode::None
         } else {
-            CullMode::Back
+            placed.single_sided
         };
-        let blocks: &mut Vec<SpanBlock> = &mut self.list.blocks;
-        for to_draw in clusters {
-            let index = to_draw.cluster as usize;
-            let geometry = mesh.geometry(index);
-            let cull = if mesh.clusters()[index].double_sided {
-                CullMode::None
-            } else {
-                single_sided
-            };
-            self.assembler.assemble(
-                frame.settings.level,
-                simd::Cluster {
-                    x: geometry.x,
-                    y: geometry.y,
-                    z: geometry.z,
-                    quads: geometry.quads,
-                },
-                &screen,
-                cull,
-                buffer.tiles(),
-                blocks,
-            );
-        }
+        self.assembler.assemble(
+            frame.settings.level,
+            simd::Cluster {
+                x: geometry.x,
+                y: geometry.y,
+                z: geometry.z,
+                quads: geometry.quads,
+            },
+            &placed.screen,
+            cull,
+            buffer.tiles(),
+            &mut self.list.blocks,
+        );
     }
 }

@@ -1,0 +1,344 @@
+//! The clusters of occluders that wait to be drawn, nearest first.
+//!
+//! Objects are taken by where they begin, but a large one reaches far behind the beginnings of others. So its clusters wait
+//! until all that begins before them has been asked, and are asked once more right before they are drawn.
+
+use std::collections::BinaryHeap;
+
+use antumbra_simd::triangle::CullMode;
+use antumbra_simd::vertex::ScreenTransform;
+use glam::DAffine3;
+
+use super::{Frame, grow, share_of};
+use crate::occlusion::{Footprint, OcclusionBuffer, Screen};
+use crate::prepare::{Cluster, NormalCone};
+use crate::scene::is_mirroring;
+use crate::tasks::Work;
+use crate::view::{Camera, Projection};
+
+/// Clusters of one object that are projected together; as many as a mask has bits.
+const CLUSTERS_PER_GROUP: usize = 64;
+/// The same where there are others to project some of them.
+const CLUSTERS_PER_SHARED_GROUP: usize = 16;
+
+/// An occluder that is not known to be hidden.
+#[derive(Clone, Copy, Debug)]
+pub struct Placed {
+    /// The object.
+    pub object: u32,
+    /// From its local coordinates to the screen.
+    pub screen: ScreenTransform,
+    /// What its single-sided surfaces leave out.
+    pub single_sided: CullMode,
+    /// How many of its clusters wait, or are in the round that is being drawn.
+    waiting: u32,
+    /// Whether there is more of it than clusters that are found hidden.
+    may_be_seen: bool,
+}
+
+/// A cluster that waits.
+#[derive(Clone, Copy, Debug)]
+pub struct WaitingCluster {
+    /// The place of its object.
+    placed: u32,
+    /// Which of the object's clusters.
+    pub cluster: u32,
+    /// Where it may be drawn.
+    pub footprint: Footprint,
+    /// Before which round it was asked, together with its object.
+    asked_before: Option<u32>,
+}
+
+/// Clusters that wait, and memory that is kept from frame to frame.
+#[derive(Debug, Default)]
+pub struct Waiting {
+    placed: Places<Placed>,
+    clusters: Places<WaitingCluster>,
+    /// The clusters by how near they are: see [`key`].
+    nearest: BinaryHeap<u64>,
+    /// How many rounds were drawn.
+    rounds: u32,
+    groups: Vec<Group>,
+    finders: Vec<Finder>,
+}
+
+/// Things in places that are used again.
+#[derive(Debug)]
+struct Places<T> {
+    things: Vec<T>,
+    free: Vec<u32>,
+}
+
+/// Some clusters of a placed object.
+#[derive(Clone, Copy, Debug)]
+struct Group {
+    placed: u32,
+    first: u32,
+    count: u32,
+}
+
+/// What a task finds.
+#[derive(Debug, Default)]
+struct Finder {
+    footprints: Vec<Footprint>,
+    found: Vec<WaitingCluster>,
+}
+
+/// How near a shape is: the larger the nearer.
+pub fn nearness(footprint: Footprint) -> u32 {
+    match footprint {
+        Footprint::Unbounded => u32::MAX,
+        Footprint::Nowhere => 0,
+        Footprint::Within(rect) => {
+            // Floats sort as their bits do, but for the sign.
+            let bits = rect.nearest_depth.to_bits();
+            bits ^ if bits >> 31 == 0 { 1 << 31 } else { u32::MAX }
+        }
+    }
+}
+
+/// The nearest cluster has the largest key, and of those as near the one in the first place.
+fn key(footprint: Footprint, place: u32) -> u64 {
+    u64::from(nearness(footprint)) << 32 | u64::from(!place)
+}
+
+impl<T> Default for Places<T> {
+    fn default() -> Places<T> {
+        Places {
+            things: Vec::new(),
+            free: Vec::new(),
+        }
+    }
+}
+
+impl<T: Copy> Places<T> {
+    fn put(&mut self, thing: T) -> u32 {
+        let Some(place) = self.free.pop() else {
+            self.things.push(thing);
+            return self.things.len() as u32 - 1;
+        };
+        self.things[place as usize] = thing;
+        place
+    }
+
+    fn take(&mut self, place: u32) -> T {
+        self.free.push(place);
+        self.things[place as usize]
+    }
+
+    fn clear(&mut self) {
+        self.things.clear();
+        self.free.clear();
+    }
+}
+
+impl Waiting {
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        self.placed.clear();
+        self.clusters.clear();
+        self.nearest.clear();
+        self.rounds = 0;
+    }
+
+    /// Lets the clusters of objects wait that may show a front; the footprints are those of the objects' boxes. Hands the
+    /// objects to `hide` that turn out to be hidden.
+    pub fn add(
+        &mut self,
+        frame: &Frame<'_>,
+        objects: &[(u32, Footprint)],
+        buffer: &OcclusionBuffer,
+        mut hide: impl FnMut(u32),
+    ) {
+        self.place(frame, objects, buffer.screen());
+        let groups = &self.groups;
+        let share = match frame.tasks.threads() {
+            1 => groups.len().max(1),
+            threads => groups.len().div_ceil(4 * threads).max(1),
+        };
+        let count = groups.len().div_ceil(share);
+        grow(&mut self.finders, count);
+        let placed = &self.placed.things;
+        let finders = &mut self.finders[..count];
+        frame
+            .tasks
+            .each(Work::AskClusters, finders, |task, finder| {
+                finder.found.clear();
+                for group in share_of(groups, share, task) {
+                    finder.find(
+                        frame,
+                        group,
+                        &placed[group.placed as usize],
+                        buffer.screen(),
+                    );
+                }
+            });
+        for finder in 0..count {
+            for found in 0..self.finders[finder].found.len() {
+                self.push(self.finders[finder].found[found]);
+            }
+        }
+        for group in 0..self.groups.len() {
+            let Group { placed, first, .. } = self.groups[group];
+            if first == 0 && self.placed.things[placed as usize].waiting == 0 {
+                self.settle(placed, &mut hide);
+            }
+        }
+    }
+
+    /// Places objects, and cuts their clusters into groups. What has one cluster waits at once.
+    fn place(&mut self, frame: &Frame<'_>, objects: &[(u32, Footprint)], screen: &Screen) {
+        let per_group = if frame.tasks.threads() == 1 {
+            CLUSTERS_PER_GROUP
+        } else {
+            CLUSTERS_PER_SHARED_GROUP
+        };
+        self.groups.clear();
+        for &(number, footprint) in objects {
+            let object = &frame.scene.objects()[number as usize];
+            let Some(mesh) = frame.occluders.mesh_of(object) else {
+                continue;
+            };
+            let clusters = mesh.clusters();
+            let is_single = clusters.len() == 1;
+            let place = &object.world_from_local;
+            if is_single && facing(clusters, screen.camera(), place) == 0 {
+                continue;
+            }
+            let placed = self.placed.put(Placed {
+                object: number,
+                screen: screen.screen_from_local(place),
+                single_sided: if is_mirroring(place) {
+                    CullMode::Front
+                } else {
+                    CullMode::Back
+                },
+                waiting: 0,
+                // A cluster that looks away is not asked.
+                may_be_seen: !frame.occluders.is_all_of(number)
+                    || clusters.iter().any(|cluster| cluster.cone.is_some()),
+            });
+            if is_single {
+                // It is where its object is.
+                self.push(WaitingCluster {
+                    placed,
+                    cluster: 0,
+                    footprint,
+                    asked_before: Some(self.rounds),
+                });
+                continue;
+            }
+            let groups = (0..clusters.len()).step_by(per_group);
+            self.groups.extend(groups.map(|first| Group {
+                placed,
+                first: first as u32,
+                count: (clusters.len() - first).min(per_group) as u32,
+            }));
+        }
+    }
+
+    fn push(&mut self, cluster: WaitingCluster) {
+        self.placed.things[cluster.placed as usize].waiting += 1;
+        let place = self.clusters.put(cluster);
+        self.nearest.push(key(cluster.footprint, place));
+    }
+
+    /// Takes up to `most` of the clusters that are at least as near as `horizon` says ([`nearness`]), nearest first.
+    pub fn take(&mut self, horizon: u32, most: usize, round: &mut Vec<WaitingCluster>) {
+        round.clear();
+        while round.len() < most
+            && let Some(nearest) = self.nearest.peek()
+            && nearest >> 32 >= u64::from(horizon)
+        {
+            round.push(self.clusters.take(!(*nearest as u32)));
+            self.nearest.pop();
+        }
+    }
+
+    /// The object of a cluster that was taken.
+    pub fn object_of(&self, cluster: &WaitingCluster) -> &Placed {
+        &self.placed.things[cluster.placed as usize]
+    }
+
+    /// Whether a cluster was asked since the last round was drawn.
+    pub fn was_just_asked(&self, cluster: &WaitingCluster) -> bool {
+        cluster.asked_before == Some(self.rounds)
+    }
+
+    /// Notes that a round was drawn, all but its clusters that were `hidden`: a bit for each. An object that is nothing but
+    /// such clusters is handed to `hide`.
+    pub fn drawn(&mut self, round: &[WaitingCluster], hidden: u64, mut hide: impl FnMut(u32)) {
+        self.rounds += 1;
+        for (i, cluster) in round.iter().enumerate() {
+            let placed = &mut self.placed.things[cluster.placed as usize];
+            placed.waiting -= 1;
+            placed.may_be_seen |= hidden >> i & 1 == 0;
+            if placed.waiting == 0 {
+                self.settle(cluster.placed, &mut hide);
+            }
+        }
+    }
+
+    /// Forgets an object that has no cluster left.
+    fn settle(&mut self, placed: u32, hide: &mut impl FnMut(u32)) {
+        let placed = self.placed.take(placed);
+        if !placed.may_be_seen {
+            hide(placed.object);
+        }
+    }
+}
+
+impl Finder {
+    fn find(&mut self, frame: &Frame<'_>, group: &Group, placed: &Placed, screen: &Screen) {
+        let object = &frame.scene.objects()[placed.object as usize];
+        let Some(mesh) = frame.occluders.mesh_of(object) else {
+            return;
+        };
+        let clusters = &mesh.clusters()[group.first as usize..][..group.count as usize];
+        let facing = facing(clusters, screen.camera(), &object.world_from_local);
+        if facing == 0 {
+            return;
+        }
+        self.footprints.clear();
+        screen.footprints_of_local_boxes(
+            frame.settings.level,
+            &placed.screen,
+            &frame.scene.bounds()[placed.object as usize],
+            clusters.iter().map(Cluster::bounds),
+            &mut self.footprints,
+        );
+        for (i, &footprint) in self.footprints.iter().enumerate() {
+            if facing >> i & 1 == 1 && footprint != Footprint::Nowhere {
+                self.found.push(WaitingCluster {
+                    placed: group.placed,
+                    cluster: group.first + i as u32,
+                    footprint,
+                    asked_before: None,
+                });
+            }
+        }
+    }
+}
+
+/// Which clusters of a placed mesh may show a front: those whose cones do not say that all of it looks away.
+fn facing(clusters: &[Cluster], camera: &Camera, world_from_local: &DAffine3) -> u64 {
+    let all = u64::MAX >> (u64::BITS as usize - clusters.len());
+    if clusters.iter().all(|cluster| cluster.cone.is_none()) {
+        return all;
+    }
+    let local_from_world = world_from_local.inverse();
+    let eye = local_from_world.transform_point3(camera.eye());
+    let view = local_from_world.transform_vector3(camera.forward());
+    let is_perspective = matches!(camera.projection(), Projection::Perspective { .. });
+    let looks_away = |cone: &NormalCone| {
+        if is_perspective {
+            cone.is_back_facing(eye)
+        } else {
+            cone.is_back_facing_along(view)
+        }
+    };
+    let cones = clusters.iter().map(|cluster| cluster.cone.as_ref());
+    cones.enumerate().fold(all, |facing, (i, cone)| {
+        facing & !(u64::from(cone.is_some_and(looks_away)) << i)
+    })
+}

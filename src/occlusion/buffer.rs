@@ -1,5 +1,7 @@
 //! The query interface for engines that have their own scene.
 
+use std::sync::OnceLock;
+
 use antumbra_simd::closer::is_box_hidden;
 use antumbra_simd::glance::is_seen;
 use antumbra_simd::query::{Covered, Rectangle};
@@ -98,7 +100,8 @@ pub struct Sphere {
 pub struct OcclusionBuffer {
     screen: Screen,
     tiles: TileBuffer,
-    map: OcclusionMap,
+    /// As of the last [`finish`](OcclusionBuffer::finish), if it has been needed since.
+    map: OnceLock<OcclusionMap>,
     finished: bool,
     accuracy: Accuracy,
     assembler: Assembler,
@@ -108,11 +111,10 @@ pub struct OcclusionBuffer {
 impl OcclusionBuffer {
     /// An empty buffer for pictures of a size, seen by a camera.
     pub fn new(size: PictureSize, camera: Camera) -> OcclusionBuffer {
-        let tiles = TileBuffer::new(size);
         OcclusionBuffer {
             screen: Screen::new(camera, size),
-            map: OcclusionMap::new(&tiles),
-            tiles,
+            map: OnceLock::new(),
+            tiles: TileBuffer::new(size),
             finished: false,
             accuracy: Accuracy::Exact,
             assembler: Assembler::default(),
@@ -188,9 +190,15 @@ impl OcclusionBuffer {
         }
     }
 
-    /// Builds the pyramid of occlusion maps. Questions asked before this are answered too, from the tiles alone.
+    /// Ends drawing: builds the pyramid of occlusion maps, if what may be lost says that questions need it. Questions
+    /// asked before this are answered too, from the tiles alone.
     pub fn finish(&mut self) {
-        self.map.build(&self.tiles);
+        let earlier = self.map.take();
+        if self.accuracy != Accuracy::Exact {
+            let mut map = earlier.unwrap_or_else(|| OcclusionMap::new(&self.tiles));
+            map.build(&self.tiles);
+            self.map = OnceLock::from(map);
+        }
         self.finished = true;
     }
 
@@ -294,7 +302,7 @@ impl OcclusionBuffer {
 
     fn covers(&self, rect: &SampleRect) -> bool {
         if self.finished {
-            is_covered(&self.map, &self.tiles, rect, self.accuracy)
+            is_covered(self.map(), &self.tiles, rect, self.accuracy)
         } else {
             is_covered_so_far(&self.tiles, rect)
         }
@@ -321,9 +329,14 @@ impl OcclusionBuffer {
         &self.tiles
     }
 
-    /// The pyramid of occlusion maps as of the last [`finish`](OcclusionBuffer::finish).
+    /// The pyramid of occlusion maps as of the last [`finish`](OcclusionBuffer::finish). Exact answers do without it: if
+    /// they were asked for then, it is built by whoever asks for it first, from what is drawn by then.
     pub fn map(&self) -> &OcclusionMap {
-        &self.map
+        self.map.get_or_init(|| {
+            let mut map = OcclusionMap::new(&self.tiles);
+            map.build(&self.tiles);
+            map
+        })
     }
 
     /// Whether the pixel at column `x`, row `y` is covered, and if so the conservative depth of its tile part.

@@ -1,6 +1,5 @@
 //! Which occluders of a batch are hidden behind what is drawn so far, and which of their clusters.
 
-use antumbra_simd::query::Covered;
 use glam::DAffine3;
 
 use super::{Frame, grow, share_of};
@@ -160,7 +159,7 @@ impl Questions {
                     let has_proxy = scene.objects()[object as usize].occluder_proxy.is_some();
                     if has_proxy && footprint == Footprint::Unbounded {
                         Answer::CutOpen
-                    } else if buffer.hides(footprint, Covered::Samples)
+                    } else if buffer.hides(footprint)
                         || occluders.triangles_of(object) >= WORTH_ASKING_CLOSELY
                             && buffer
                                 .hides_aabb_closely(&scene.bounds()[object as usize], footprint)
@@ -199,7 +198,7 @@ impl Questions {
             );
             let bits = self.footprints.iter().enumerate();
             self.visible.push(bits.fold(0, |visible, (i, &footprint)| {
-                let is_seen = facing >> i & 1 == 1 && !buffer.hides(footprint, Covered::Samples);
+                let is_seen = facing >> i & 1 == 1 && !buffer.hides(footprint);
                 visible | u64::from(is_seen) << i
             }));
         }

@@ -2,8 +2,6 @@
 
 use std::ops::Range;
 
-use antumbra_simd::query::Covered;
-
 use super::{Frame, Statistics, grow, share_of};
 use crate::occlusion::{Footprint, OcclusionBuffer};
 use crate::scene::{Aabb, BvhNode, Scene};
@@ -281,7 +279,7 @@ impl Look {
                 continue;
             }
             *tested += 1;
-            if buffer.hides(footprint, Covered::Samples) {
+            if buffer.hides(footprint) {
                 hidden.push(*index);
             } else if node.count == 0 && frame.subtrees.len(*index) >= FEWEST_OBJECTS {
                 below.extend([node.first, node.first + 1]);

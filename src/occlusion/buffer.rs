@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use antumbra_simd::closer::is_box_hidden;
 use antumbra_simd::glance::is_seen;
-use antumbra_simd::query::{Covered, Rectangle};
+use antumbra_simd::query::Rectangle;
 use antumbra_simd::triangle::Triangle;
 use antumbra_simd::{Level, PART_HEIGHT};
 use glam::{DAffine3, DVec3};
@@ -178,7 +178,7 @@ impl OcclusionBuffer {
 
     /// Whether a shape is hidden, by its rectangle and its nearest depth alone, from the tiles as they are. "No" may
     /// become "yes".
-    pub(crate) fn hides(&self, footprint: Footprint, covered: Covered) -> bool {
+    pub(crate) fn hides(&self, footprint: Footprint) -> bool {
         match footprint {
             Footprint::Unbounded => false,
             Footprint::Nowhere => true,
@@ -186,7 +186,7 @@ impl OcclusionBuffer {
                 x,
                 y,
                 nearest_depth: nearest,
-            }) => self.tiles.hides(Rectangle { x, y, nearest }, covered),
+            }) => self.tiles.hides(Rectangle { x, y, nearest }),
         }
     }
 
@@ -220,7 +220,7 @@ impl OcclusionBuffer {
             return self.test(footprint);
         };
         let hidden = if self.accuracy == Accuracy::Exact {
-            self.hides(footprint, Covered::Samples)
+            self.hides(footprint)
                 || !is_seen(
                     self.screen.rays(),
                     projected.slabs(),
@@ -293,7 +293,7 @@ impl OcclusionBuffer {
             Footprint::Unbounded => false,
             Footprint::Nowhere => true,
             Footprint::Within(_) if self.accuracy == Accuracy::Exact => {
-                self.hides(footprint, Covered::Samples)
+                self.hides(footprint)
             }
             Footprint::Within(rect) => self.covers(&rect) && is_behind(&self.tiles, &rect),
         };

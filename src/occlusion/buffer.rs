@@ -3,14 +3,15 @@
 use std::sync::OnceLock;
 
 use antumbra_simd::closer::is_box_hidden;
-use antumbra_simd::glance::is_seen;
+use antumbra_simd::glance::{Slabs, is_seen};
+use antumbra_simd::projected::CornerBox;
 use antumbra_simd::query::Rectangle;
 use antumbra_simd::triangle::Triangle;
 use antumbra_simd::{Level, PART_HEIGHT};
 use glam::{DAffine3, DVec3};
 
 use super::outline::layered;
-use super::projected_box::{EyeBox, rectangle};
+use super::projected_box::rectangle;
 use super::{
     Accuracy, Footprint, OcclusionMap, ProjectedBox, SampleRect, Screen, is_behind, is_covered,
     is_covered_so_far, is_outline_hidden,
@@ -222,6 +223,7 @@ impl OcclusionBuffer {
         let hidden = if self.accuracy == Accuracy::Exact {
             self.hides(footprint)
                 || !is_seen(
+                    self.tiles.level(),
                     self.screen.rays(),
                     projected.slabs(),
                     layered(&self.tiles),
@@ -244,7 +246,9 @@ impl OcclusionBuffer {
             let projected = self.screen.project_aabb(bounds);
             return self.test_box(&projected).is_hidden();
         }
-        self.hides_closely(&self.screen.relative_aabb(bounds), rect)
+        self.hides_closely(&self.screen.slabs_of_aabb(bounds), rect, || {
+            self.screen.corners_of_aabb(bounds)
+        })
     }
 
     /// Whether what is inside a box with any orientation, off by no more than `error`, is hidden. `around` is the footprint
@@ -252,7 +256,9 @@ impl OcclusionBuffer {
     pub(crate) fn hides_own_box(&self, own: &OrientedBox, error: f64, around: Footprint) -> bool {
         match around {
             Footprint::Within(rect) if self.accuracy == Accuracy::Exact => {
-                self.hides_closely(&self.screen.relative_oriented_box(own, error), rect)
+                self.hides_closely(&self.screen.slabs_of_oriented_box(own), rect, || {
+                    self.screen.corners_of_oriented_box(own, error)
+                })
             }
             _ => self
                 .test_box(&self.screen.project_oriented_box(own, error))
@@ -261,16 +267,26 @@ impl OcclusionBuffer {
     }
 
     /// Whether a box is hidden that its rectangle and nearest corner do not hide.
-    fn hides_closely(&self, b: &EyeBox, rect: SampleRect) -> bool {
+    fn hides_closely(
+        &self,
+        slabs: &Slabs,
+        rect: SampleRect,
+        corners: impl FnOnce() -> CornerBox,
+    ) -> bool {
         let (tiles, rectangle) = (layered(&self.tiles), rectangle(&rect));
-        !is_seen(self.screen.rays(), &b.slabs, tiles, rectangle)
-            && is_box_hidden(
-                self.tiles.level(),
-                self.screen.view(),
-                tiles,
-                &b.corners,
-                rectangle,
-            )
+        !is_seen(
+            self.tiles.level(),
+            self.screen.rays(),
+            slabs,
+            tiles,
+            rectangle,
+        ) && is_box_hidden(
+            self.tiles.level(),
+            self.screen.view(),
+            tiles,
+            &corners(),
+            rectangle,
+        )
     }
 
     /// Whether a ball is hidden.
@@ -292,9 +308,7 @@ impl OcclusionBuffer {
         let hidden = match footprint {
             Footprint::Unbounded => false,
             Footprint::Nowhere => true,
-            Footprint::Within(_) if self.accuracy == Accuracy::Exact => {
-                self.hides(footprint)
-            }
+            Footprint::Within(_) if self.accuracy == Accuracy::Exact => self.hides(footprint),
             Footprint::Within(rect) => self.covers(&rect) && is_behind(&self.tiles, &rect),
         };
         visibility(hidden)

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::{Frame, Statistics, grow, share_of};
 use crate::occlusion::{Footprint, OcclusionBuffer};
-use crate::scene::{Aabb, BvhNode, Scene};
+use crate::scene::{BvhNode, Scene};
 use crate::tasks::Work;
 use crate::view::{Containment, Frustum, Planes};
 
@@ -106,26 +106,25 @@ impl Walk {
             };
             let Some(pending) = pending else { return };
             let node = &scene.bvh().nodes[pending.node as usize];
+            if node.is_leaf() {
+                for &object in objects_of(scene, node) {
+                    let bounds = &scene.bounds()[object as usize];
+                    if frustum.contains(bounds, pending.planes) != Containment::Outside {
+                        found.push(object);
+                    }
+                }
+                continue;
+            }
             let Containment::Meets(planes) = frustum.contains(&node.bounds(), pending.planes)
             else {
                 continue;
             };
             if planes.is_empty() {
                 found.extend_from_slice(frame.subtrees.objects(scene, pending.node));
-            } else if node.count == 0 {
-                stack.push(Pending {
-                    node: node.first + 1,
-                    planes,
-                });
-                stack.push(Pending {
-                    node: node.first,
-                    planes,
-                });
-            } else {
-                found.extend(objects_of(scene, node).iter().filter(|&&object| {
-                    frustum.contains(&scene.bounds()[object as usize], planes)
-                        != Containment::Outside
-                }));
+                continue;
+            }
+            for node in [node.first + 1, node.first] {
+                stack.push(Pending { node, planes });
             }
         }
     }
@@ -253,11 +252,7 @@ impl Look {
             below,
         } = self;
         footprints.clear();
-        let mut boxes = [Aabb::EMPTY; MOST_NODES_PER_TASK];
-        for (b, n) in boxes.iter_mut().zip(nodes) {
-            *b = node(n).bounds();
-        }
-        let boxes = boxes[..nodes.len()].iter();
+        let boxes = nodes.iter().map(|index| node(index).bounds());
         let level = frame.settings.level;
         buffer
             .screen()

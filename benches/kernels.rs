@@ -18,7 +18,7 @@ use antumbra_simd::boxes::{BOXES, BoxBlock, BoxView, RectBlock, project_boxes};
 use antumbra_simd::closer::is_box_hidden;
 use antumbra_simd::projected::CornerBox;
 use antumbra_simd::pyramid::{sum_2x2, uncovered};
-use antumbra_simd::query::{Covered, Rectangle, is_behind_all};
+use antumbra_simd::query::{Rectangle, is_behind_all};
 use antumbra_simd::spans::SpanBlock;
 use common::clusters::{Canvas, cluster, layered, tiles};
 use common::{Chance, mesh, quick, size};
@@ -152,9 +152,7 @@ fn rectangles(c: &mut Criterion) {
         for &level in Level::available() {
             group.bench_function(BenchmarkId::new(format!("{width}x{height}"), level), |b| {
                 b.iter(|| {
-                    let hidden = |&&r: &&Rectangle| {
-                        is_behind_all(level, tiles(&buffer), r, Covered::Samples)
-                    };
+                    let hidden = |&&r: &&Rectangle| is_behind_all(level, tiles(&buffer), r);
                     let hidden = rectangles.iter().filter(hidden).count();
                     assert_eq!(hidden, QUESTIONS);
                 });

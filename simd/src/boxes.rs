@@ -162,9 +162,10 @@ fn terms<S: Simd>(r: &[f64; 4], ends: &[[S::f64s; 2]; 3]) -> [[S::f64s; 2]; 3] {
     ]
 }
 
+/// The sums of x's and y's terms.
 #[inline(always)]
-fn at<S: Simd>(terms: &[[S::f64s; 2]; 3], constant: f64, corner: usize) -> S::f64s {
-    (terms[0][corner & 1] + terms[1][corner >> 1 & 1]) + (terms[2][corner >> 2] + constant)
+fn sides<S: Simd>([x, y, _]: &[[S::f64s; 2]; 3]) -> [S::f64s; 4] {
+    [x[0] + y[0], x[1] + y[0], x[0] + y[1], x[1] + y[1]]
 }
 
 #[inline(always)]
@@ -201,17 +202,20 @@ fn project_vector<S: Simd>(
     rects.bounded |= (bits << first) as u8;
     let tx = terms::<S>(&t.x, &ends);
     let ty = terms::<S>(&t.y, &ends);
+    let (sides_x, sides_y, sides_w) = (sides::<S>(&tx), sides::<S>(&ty), sides::<S>(&tw));
     let mut x = [
         S::f64s::splat(simd, f64::INFINITY),
         S::f64s::splat(simd, f64::NEG_INFINITY),
     ];
     let mut y = x;
-    for corner in 0..8 {
-        let inverse = S::f64s::splat(simd, 1.0) / at::<S>(&tw, t.w[3], corner);
-        let cx = at::<S>(&tx, t.x[3], corner) * inverse;
-        let cy = at::<S>(&ty, t.y[3], corner) * inverse;
-        x = [least::<S>(x[0], cx), largest::<S>(x[1], cx)];
-        y = [least::<S>(y[0], cy), largest::<S>(y[1], cy)];
+    for back in 0..2 {
+        for side in 0..4 {
+            let inverse = S::f64s::splat(simd, 1.0) / (sides_w[side] + (tw[2][back] + t.w[3]));
+            let cx = (sides_x[side] + (tx[2][back] + t.x[3])) * inverse;
+            let cy = (sides_y[side] + (ty[2][back] + t.y[3])) * inverse;
+            x = [least::<S>(x[0], cx), largest::<S>(x[1], cx)];
+            y = [least::<S>(y[0], cy), largest::<S>(y[1], cy)];
+        }
     }
     let inverse = S::f64s::splat(simd, 1.0) / w;
     let x = samples::<S>(simd, view, 0, x, error, inverse);

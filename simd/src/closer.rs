@@ -41,9 +41,10 @@ impl LayeredTiles<'_> {
     /// Whether a sample is covered by something strictly nearer than `depth`.
     #[inline]
     pub fn is_nearer(&self, column: i32, row: i32, depth: f32) -> bool {
-        let tile = (row / TILE_SIZE) as usize * self.across + (column / TILE_SIZE) as usize;
-        let sample = 1_u64 << (row % TILE_SIZE * TILE_SIZE + column % TILE_SIZE);
-        let part = (row % TILE_SIZE / PART_HEIGHT) as usize;
+        let (column, row, size) = (column as u32, row as u32, TILE_SIZE as u32);
+        let tile = (row / size) as usize * self.across + (column / size) as usize;
+        let sample = 1_u64 << (row % size * size + column % size);
+        let part = (row % size / PART_HEIGHT as u32) as usize;
         let layer = if self.near_samples[tile] & sample != 0 {
             self.near[tile][part]
         } else {
@@ -252,12 +253,12 @@ impl<'a, S: Simd> Question<'a, S> {
     /// The first column inside the outline in each of eight rows, and the first one outside after it; 2¹⁵ − 1 and 0
     /// where there is none.
     #[inline(always)]
-    fn spans(&self, y: i32) -> [f64x8<S>; 2] {
+    fn spans(&self, top: i32) -> [f64x8<S>; 2] {
         let simd = self.simd;
-        let rows = self.row_numbers + f64::from(y);
-        let x = self.outline.x.map(f64::from);
-        let mut first = f64x8::splat(simd, x[0]);
-        let mut last = f64x8::splat(simd, x[1]);
+        let rows = self.row_numbers + f64::from(top);
+        let Outline { x, y, .. } = *self.outline;
+        let mut first = f64x8::splat(simd, f64::from(x[0]));
+        let mut last = f64x8::splat(simd, f64::from(x[1]));
         for &OutlineEdge { slope, offset } in self.outline.left.edges() {
             first = first.max(rows * slope + offset);
         }
@@ -265,10 +266,9 @@ impl<'a, S: Simd> Question<'a, S> {
             last = last.min(rows * slope + offset);
         }
         let (first, last) = (first.ceil(), last.floor());
-        let [top, bottom] = self.outline.y.map(f64::from);
         let present = first.simd_le(last)
-            & rows.simd_ge(f64x8::splat(simd, top))
-            & rows.simd_le(f64x8::splat(simd, bottom));
+            & rows.simd_ge(f64x8::splat(simd, f64::from(y[0])))
+            & rows.simd_le(f64x8::splat(simd, f64::from(y[1])));
         [
             present.select(first, f64x8::splat(simd, 32767.0)),
             present.select(last + 1.0, f64x8::splat(simd, 0.0)),

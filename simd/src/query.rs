@@ -1,7 +1,7 @@
 //! Whether a rectangle of samples lies behind what tiles show: the first and quickest question.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch};
+use fearless_simd::{Simd, dispatch, u32x4, u64x2};
 
 use crate::coverage::{PART_MASKS, rectangle_mask};
 use crate::strip_masks::StripMasks;
@@ -26,16 +26,6 @@ impl Tiles<'_> {
     }
 }
 
-/// What has to be covered for a rectangle to be hidden.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Covered {
-    /// The rectangle's own samples.
-    Samples,
-    /// The parts that hold them, as a whole. A part that is covered as a whole only ever becomes nearer; the depth of
-    /// another may move away when it gets more samples. What is hidden in this sense is so at any later time too.
-    Parts,
-}
-
 /// A question: is a rectangle of samples, within the picture, hidden?
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rectangle {
@@ -48,38 +38,32 @@ pub struct Rectangle {
 }
 
 /// Whether all of a rectangle's samples are covered by parts that are strictly nearer.
-pub fn is_behind_all(
-    level: Level,
-    tiles: Tiles<'_>,
-    rectangle: Rectangle,
-    covered: Covered,
-) -> bool {
+pub fn is_behind_all(level: Level, tiles: Tiles<'_>, rectangle: Rectangle) -> bool {
     match level.token() {
-        None => is_behind_all_plain(tiles, rectangle, covered),
+        None => is_behind_all_plain(tiles, rectangle),
         // Most boxes that are seen are seen at one of a few samples.
         Some(_) if !is_behind_some(tiles, rectangle) => false,
-        Some(token) => {
-            dispatch!(token, simd => is_behind_all_vector(simd, tiles, rectangle, covered))
-        }
+        Some(token) => dispatch!(token, simd => is_behind_all_vector(simd, tiles, rectangle)),
     }
 }
 
 /// Whether a rectangle is hidden at its middle and at four samples around it: no other can be hidden everywhere.
 #[inline]
 fn is_behind_some(tiles: Tiles<'_>, Rectangle { x, y, nearest }: Rectangle) -> bool {
-    let part_of = |s: [i32; 2], eighths: i32| s[0] + (s[1] - s[0]) * eighths / 8;
+    let tile = TILE_SIZE as u32;
+    let at = |s: [i32; 2], eighths: u32| s[0] as u32 + (s[1] - s[0]) as u32 * eighths / 8;
     [(4, 4), (1, 7), (7, 1), (1, 1), (7, 7)]
         .into_iter()
         .all(|(across, down)| {
-            let (x, y) = (part_of(x, across), part_of(y, down));
-            let tile = (y / TILE_SIZE) as usize * tiles.across + (x / TILE_SIZE) as usize;
-            let (column, row) = (x % TILE_SIZE, y % TILE_SIZE);
-            tiles.coverage[tile] >> (TILE_SIZE * row + column) & 1 == 1
-                && nearest < tiles.depths[tile][(row / PART_HEIGHT) as usize]
+            let (x, y) = (at(x, across), at(y, down));
+            let index = (y / tile) as usize * tiles.across + (x / tile) as usize;
+            let (column, row) = (x % tile, y % tile);
+            tiles.coverage[index] >> (tile * row + column) & 1 == 1
+                && nearest < tiles.depths[index][(row / PART_HEIGHT as u32) as usize]
         })
 }
 
-fn is_behind_all_plain(tiles: Tiles<'_>, rectangle: Rectangle, covered: Covered) -> bool {
+fn is_behind_all_plain(tiles: Tiles<'_>, rectangle: Rectangle) -> bool {
     let Rectangle { x, y, nearest } = rectangle;
     let within = |range: [i32; 2], tile: i32| {
         let first = tile * TILE_SIZE;
@@ -97,28 +81,19 @@ fn is_behind_all_plain(tiles: Tiles<'_>, rectangle: Rectangle, covered: Covered)
                 .zip(PART_MASKS)
                 .filter(|&(_, samples)| mask & samples != 0)
                 .all(|(&depth, samples)| {
-                    let needed = match covered {
-                        Covered::Samples => mask & samples,
-                        Covered::Parts => samples,
-                    };
-                    needed & !tiles.coverage[tile] == 0 && nearest < depth
+                    mask & samples & !tiles.coverage[tile] == 0 && nearest < depth
                 })
         })
     })
 }
 
 #[inline(always)]
-fn is_behind_all_vector<S: Simd>(
-    simd: S,
-    tiles: Tiles<'_>,
-    rectangle: Rectangle,
-    covered: Covered,
-) -> bool {
+fn is_behind_all_vector<S: Simd>(simd: S, tiles: Tiles<'_>, rectangle: Rectangle) -> bool {
     let Rectangle { x, y, nearest } = rectangle;
     let lanes = S::u32s::LEN;
     let per_vector = lanes / PARTS_PER_TILE;
     if tiles.across < per_vector {
-        return is_behind_all_plain(tiles, rectangle, covered);
+        return is_behind_all_plain(tiles, rectangle);
     }
     let coverage: &[u32] = bytemuck::cast_slice(tiles.coverage);
     let depths = tiles.depths.as_flattened();
@@ -127,36 +102,30 @@ fn is_behind_all_vector<S: Simd>(
     // those between belong to the rectangle.
     let first_at = first.min(tiles.across - per_vector);
     let last_at = (last + 1).saturating_sub(per_vector).max(first_at);
+    let between = (last_at - first_at).div_ceil(per_vector).saturating_sub(1) * lanes;
     let masks = StripMasks::new(simd);
     let first_columns = masks.of_columns(x, first_at);
     let last_columns = masks.of_columns(x, last_at);
     let depth = S::f32s::splat(simd, nearest);
-    // Lane by lane: its part.
-    let part = S::u32s::from_fn(simd, |i| 0_u32.wrapping_sub((i % PARTS_PER_TILE) as u32));
-    for tile_y in y[0] / TILE_SIZE..=y[1] / TILE_SIZE {
-        let above = (y[0] - tile_y * TILE_SIZE).max(0);
-        let below = (TILE_SIZE - 1 - (y[1] - tile_y * TILE_SIZE)).max(0);
-        let rows = (u64::MAX << (8 * above)) & (u64::MAX >> (8 * below));
-        let upper = S::u32s::splat(simd, rows as u32);
-        let lower = S::u32s::splat(simd, (rows >> 32) as u32);
-        let rows = (upper & !part) | (lower & part);
+    let all = S::u32s::splat(simd, u32::MAX);
+    let [top, bottom] = y.map(|y| y / TILE_SIZE);
+    for tile_y in top..=bottom {
+        let rows = if tile_y == top || tile_y == bottom {
+            rows_within::<S>(simd, y, tile_y)
+        } else {
+            all
+        };
         let from = tile_y as usize * tiles.across * PARTS_PER_TILE;
         let until = from + tiles.across * PARTS_PER_TILE;
         let row = Parts {
             coverage: &coverage[from..until],
             depths: &depths[from..until],
         };
-        let first_needed = needed::<S>(simd, first_columns & rows, covered);
-        let last_needed = needed::<S>(simd, last_columns & rows, covered);
-        let mut open = row.open::<S>(simd, first_needed, depth, first_at)
-            | row.open::<S>(simd, last_needed, depth, last_at);
-        if first_at + per_vector < last_at {
-            let needed = needed::<S>(simd, rows, covered);
-            let mut tile = first_at + per_vector;
-            while tile < last_at {
-                open |= row.open::<S>(simd, needed, depth, tile);
-                tile += per_vector;
-            }
+        let first_at = first_at * PARTS_PER_TILE;
+        let mut open = row.open::<S>(simd, first_columns & rows, depth, first_at)
+            | row.open::<S>(simd, last_columns & rows, depth, last_at * PARTS_PER_TILE);
+        if between > 0 {
+            open |= row.open_between::<S>(simd, rows, depth, first_at + lanes, between);
         }
         if !open.simd_eq(S::u32s::splat(simd, 0)).all_true() {
             return false;
@@ -165,16 +134,14 @@ fn is_behind_all_vector<S: Simd>(
     true
 }
 
-/// The samples that have to be covered, of those asked for in each part.
+/// The samples of rows `y` in each part of a row of tiles.
 #[inline(always)]
-fn needed<S: Simd>(simd: S, asked: S::u32s, covered: Covered) -> S::u32s {
-    let none = S::u32s::splat(simd, 0);
-    match covered {
-        Covered::Samples => asked,
-        Covered::Parts => asked
-            .simd_eq(none)
-            .select(none, S::u32s::splat(simd, u32::MAX)),
-    }
+fn rows_within<S: Simd>(simd: S, y: [i32; 2], tile_y: i32) -> S::u32s {
+    let above = (y[0] - tile_y * TILE_SIZE).max(0);
+    let below = (TILE_SIZE - 1 - (y[1] - tile_y * TILE_SIZE)).max(0);
+    let rows = (u64::MAX << (8 * above)) & (u64::MAX >> (8 * below));
+    let rows: u32x4<S> = u64x2::splat(simd, rows).bitcast();
+    S::u32s::block_splat(rows)
 }
 
 /// A row of tiles, part by part.
@@ -185,13 +152,35 @@ struct Parts<'a> {
 }
 
 impl Parts<'_> {
-    /// The samples of `needed`, of the tiles from `tile`, that are not covered, or not by parts nearer than `depth`.
+    /// The samples of `needed`, of a vector of parts from `at`, that are not covered, or not by parts nearer than `depth`.
     #[inline(always)]
-    fn open<S: Simd>(&self, simd: S, needed: S::u32s, depth: S::f32s, tile: usize) -> S::u32s {
-        let at = tile * PARTS_PER_TILE;
+    fn open<S: Simd>(&self, simd: S, needed: S::u32s, depth: S::f32s, at: usize) -> S::u32s {
         let range = at..at + S::u32s::LEN;
         let coverage = S::u32s::from_slice(simd, &self.coverage[range.clone()]);
         let nearer = S::f32s::from_slice(simd, &self.depths[range]).simd_gt(depth);
         nearer.select(needed & !coverage, needed)
+    }
+
+    /// The same of `count` parts, whole vectors of them, together: samples that any of them leaves open.
+    #[inline(always)]
+    fn open_between<S: Simd>(
+        &self,
+        simd: S,
+        needed: S::u32s,
+        depth: S::f32s,
+        at: usize,
+        count: usize,
+    ) -> S::u32s {
+        let range = at..at + count;
+        let coverage = self.coverage[range.clone()].chunks_exact(S::u32s::LEN);
+        let depths = self.depths[range].chunks_exact(S::u32s::LEN);
+        let mut covered = S::u32s::splat(simd, u32::MAX);
+        let mut farthest = S::f32s::splat(simd, f32::INFINITY);
+        for (coverage, depths) in coverage.zip(depths) {
+            covered &= S::u32s::from_slice(simd, coverage);
+            farthest = farthest.min(S::f32s::from_slice(simd, depths));
+        }
+        let nearer = farthest.simd_gt(depth);
+        nearer.select(needed & !covered, needed)
     }
 }

@@ -4,6 +4,7 @@ use antumbra_simd::Level;
 use antumbra_simd::boxes::BoxView;
 use antumbra_simd::closer::{LayeredTiles, is_box_hidden, is_outline_hidden};
 use antumbra_simd::faces::{FacePlane, Faces};
+use antumbra_simd::glance::{Rays, Slabs, is_seen};
 use antumbra_simd::outline::{Outline, OutlineEdge};
 use antumbra_simd::projected::CornerBox;
 use antumbra_simd::query::Rectangle;
@@ -257,4 +258,66 @@ fn every_level_gives_the_same_answer_about_a_box() {
         }
     }
     assert!(count[0] > 1_000 && count[1] > 1_000, "{count:?}");
+}
+
+#[test]
+fn every_level_sees_a_box_alike() {
+    let mut numbers = Numbers(9);
+    let mut count = [0; 2];
+    for _ in 0..300 {
+        let across = numbers.one_of(&[1, 3, 4, 5, 8, 9, 16, 21]);
+        let down = 1 + numbers.below(12) as usize;
+        let mut picture = Picture::any(&mut numbers, across, down);
+        for far in picture.far.iter_mut().filter(|_| numbers.below(4) > 0) {
+            *far = [0.25, 0.375];
+        }
+        let (width, height) = (8 * across as i32, 8 * down as i32);
+        let [half_width, half_height] = [width, height].map(|v| 128.0 * f64::from(v));
+        let perspective = ScreenTransform {
+            x: [half_height, 0.0, half_width, 0.0],
+            y: [0.0, -half_height, half_height, 0.0],
+            depth: [0.0, 0.0, 0.0, 1.0],
+            w: [0.0, 0.0, 1.0, 0.0],
+            near_depth: 1.0,
+            far_depth: f64::NEG_INFINITY,
+        };
+        let orthographic = ScreenTransform {
+            x: [half_height / 2.0, 0.0, 0.0, half_width],
+            y: [0.0, -half_height / 2.0, 0.0, half_height],
+            depth: [0.0, 0.0, -0.125, 1.0],
+            w: [0.0, 0.0, 0.0, 1.0],
+            ..perspective
+        };
+        let rays = Rays::new(&numbers.one_of(&[perspective, orthographic]));
+        for _ in 0..100 {
+            let mut real =
+                |least: f64, range: f64| least + range * numbers.below(1 << 20) as f64 / 1e6;
+            let center = [real(-2.0, 4.0), real(-2.0, 4.0), real(1.5, 7.0)];
+            let half = [real(0.0, 1.0), real(0.0, 1.0), real(0.0, 1.0)];
+            let turned = std::array::from_fn(|i| {
+                let mut normal = [real(-0.2, 0.4), real(-0.2, 0.4), real(-0.2, 0.4)];
+                normal[i] = real(-0.1, 1.0);
+                normal
+            });
+            let normals = (numbers.below(2) == 0).then_some(turned);
+            let slabs = Slabs {
+                normals,
+                low: std::array::from_fn(|i| center[i] - half[i]),
+                high: std::array::from_fn(|i| center[i] + half[i]),
+            };
+            let rectangle = Rectangle {
+                x: numbers.range(width),
+                y: numbers.range(height),
+                nearest: 1.0,
+            };
+            let tiles = picture.tiles();
+            let expected = is_seen(Level::Scalar, &rays, &slabs, tiles, rectangle);
+            for &level in Level::available() {
+                let answer = is_seen(level, &rays, &slabs, tiles, rectangle);
+                assert_eq!(answer, expected, "{level}: {slabs:?} {rectangle:?}");
+            }
+            count[usize::from(expected)] += 1;
+        }
+    }
+    assert!(count[0] > 500 && count[1] > 500, "{count:?}");
 }

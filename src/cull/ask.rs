@@ -1,7 +1,5 @@
 //! Which occluders of a batch are hidden behind what is drawn so far.
 
-use antumbra_simd::query::Covered;
-
 use super::{Frame, grow, share_of};
 use crate::occlusion::{Footprint, OcclusionBuffer};
 use crate::tasks::Work;
@@ -80,7 +78,7 @@ impl Questions {
                     let has_proxy = scene.objects()[object as usize].occluder_proxy.is_some();
                     if has_proxy && footprint == Footprint::Unbounded {
                         Answer::CutOpen
-                    } else if buffer.hides(footprint, Covered::Samples)
+                    } else if buffer.hides(footprint)
                         || occluders.triangles_of(object) >= WORTH_ASKING_CLOSELY
                             && buffer
                                 .hides_aabb_closely(&scene.bounds()[object as usize], footprint)

@@ -6,7 +6,6 @@
 //! the next, and blocks stay in the caches.
 
 use antumbra_simd::assemble as simd;
-use antumbra_simd::query::Covered;
 
 use super::waiting::{Placed, Waiting, WaitingCluster};
 use super::{Frame, grow, share_of};
@@ -97,8 +96,7 @@ impl Assembly {
         self.list.clear();
         self.hidden = 0;
         for (i, cluster) in clusters.iter().enumerate() {
-            if !waiting.was_just_asked(cluster) && buffer.hides(cluster.footprint, Covered::Samples)
-            {
+            if !waiting.was_just_asked(cluster) && buffer.hides(cluster.footprint) {
                 self.hidden |= 1 << i;
             } else {
                 let placed = waiting.object_of(cluster);

@@ -30,7 +30,7 @@ pub struct StageTimes {
     pub select: Duration,
     /// Asking and drawing occluders.
     pub raster: Duration,
-    /// Building the pyramid of occlusion maps.
+    /// Building the pyramid of occlusion maps, where holes are ignored.
     pub pyramid: Duration,
     /// Testing boxes down the hierarchy.
     pub test: Duration,

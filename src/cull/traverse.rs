@@ -2,11 +2,9 @@
 
 use std::ops::Range;
 
-use antumbra_simd::query::Covered;
-
 use super::{Frame, Statistics, grow, share_of};
 use crate::occlusion::{Footprint, OcclusionBuffer};
-use crate::scene::{Aabb, BvhNode, Scene};
+use crate::scene::{BvhNode, Scene};
 use crate::tasks::Work;
 use crate::view::{Containment, Frustum, Planes};
 
@@ -108,26 +106,25 @@ impl Walk {
             };
             let Some(pending) = pending else { return };
             let node = &scene.bvh().nodes[pending.node as usize];
+            if node.is_leaf() {
+                for &object in objects_of(scene, node) {
+                    let bounds = &scene.bounds()[object as usize];
+                    if frustum.contains(bounds, pending.planes) != Containment::Outside {
+                        found.push(object);
+                    }
+                }
+                continue;
+            }
             let Containment::Meets(planes) = frustum.contains(&node.bounds(), pending.planes)
             else {
                 continue;
             };
             if planes.is_empty() {
                 found.extend_from_slice(frame.subtrees.objects(scene, pending.node));
-            } else if node.count == 0 {
-                stack.push(Pending {
-                    node: node.first + 1,
-                    planes,
-                });
-                stack.push(Pending {
-                    node: node.first,
-                    planes,
-                });
-            } else {
-                found.extend(objects_of(scene, node).iter().filter(|&&object| {
-                    frustum.contains(&scene.bounds()[object as usize], planes)
-                        != Containment::Outside
-                }));
+                continue;
+            }
+            for node in [node.first + 1, node.first] {
+                stack.push(Pending { node, planes });
             }
         }
     }
@@ -255,11 +252,7 @@ impl Look {
             below,
         } = self;
         footprints.clear();
-        let mut boxes = [Aabb::EMPTY; MOST_NODES_PER_TASK];
-        for (b, n) in boxes.iter_mut().zip(nodes) {
-            *b = node(n).bounds();
-        }
-        let boxes = boxes[..nodes.len()].iter();
+        let boxes = nodes.iter().map(|index| node(index).bounds());
         let level = frame.settings.level;
         buffer
             .screen()
@@ -281,7 +274,7 @@ impl Look {
                 continue;
             }
             *tested += 1;
-            if buffer.hides(footprint, Covered::Samples) {
+            if buffer.hides(footprint) {
                 hidden.push(*index);
             } else if node.count == 0 && frame.subtrees.len(*index) >= FEWEST_OBJECTS {
                 below.extend([node.first, node.first + 1]);

@@ -1,14 +1,17 @@
 //! The query interface for engines that have their own scene.
 
+use std::sync::OnceLock;
+
 use antumbra_simd::closer::is_box_hidden;
-use antumbra_simd::glance::is_seen;
-use antumbra_simd::query::{Covered, Rectangle};
+use antumbra_simd::glance::{Slabs, is_seen};
+use antumbra_simd::projected::CornerBox;
+use antumbra_simd::query::Rectangle;
 use antumbra_simd::triangle::Triangle;
 use antumbra_simd::{Level, PART_HEIGHT};
 use glam::{DAffine3, DVec3};
 
 use super::outline::layered;
-use super::projected_box::{EyeBox, rectangle};
+use super::projected_box::rectangle;
 use super::{
     Accuracy, Footprint, OcclusionMap, ProjectedBox, SampleRect, Screen, is_behind, is_covered,
     is_covered_so_far, is_outline_hidden,
@@ -98,7 +101,8 @@ pub struct Sphere {
 pub struct OcclusionBuffer {
     screen: Screen,
     tiles: TileBuffer,
-    map: OcclusionMap,
+    /// As of the last [`finish`](OcclusionBuffer::finish), if it has been needed since.
+    map: OnceLock<OcclusionMap>,
     finished: bool,
     accuracy: Accuracy,
     assembler: Assembler,
@@ -108,11 +112,10 @@ pub struct OcclusionBuffer {
 impl OcclusionBuffer {
     /// An empty buffer for pictures of a size, seen by a camera.
     pub fn new(size: PictureSize, camera: Camera) -> OcclusionBuffer {
-        let tiles = TileBuffer::new(size);
         OcclusionBuffer {
             screen: Screen::new(camera, size),
-            map: OcclusionMap::new(&tiles),
-            tiles,
+            map: OnceLock::new(),
+            tiles: TileBuffer::new(size),
             finished: false,
             accuracy: Accuracy::Exact,
             assembler: Assembler::default(),
@@ -176,7 +179,7 @@ impl OcclusionBuffer {
 
     /// Whether a shape is hidden, by its rectangle and its nearest depth alone, from the tiles as they are. "No" may
     /// become "yes".
-    pub(crate) fn hides(&self, footprint: Footprint, covered: Covered) -> bool {
+    pub(crate) fn hides(&self, footprint: Footprint) -> bool {
         match footprint {
             Footprint::Unbounded => false,
             Footprint::Nowhere => true,
@@ -184,13 +187,19 @@ impl OcclusionBuffer {
                 x,
                 y,
                 nearest_depth: nearest,
-            }) => self.tiles.hides(Rectangle { x, y, nearest }, covered),
+            }) => self.tiles.hides(Rectangle { x, y, nearest }),
         }
     }
 
-    /// Builds the pyramid of occlusion maps. Questions asked before this are answered too, from the tiles alone.
+    /// Ends drawing: builds the pyramid of occlusion maps, if what may be lost says that questions need it. Questions
+    /// asked before this are answered too, from the tiles alone.
     pub fn finish(&mut self) {
-        self.map.build(&self.tiles);
+        let earlier = self.map.take();
+        if self.accuracy != Accuracy::Exact {
+            let mut map = earlier.unwrap_or_else(|| OcclusionMap::new(&self.tiles));
+            map.build(&self.tiles);
+            self.map = OnceLock::from(map);
+        }
         self.finished = true;
     }
 
@@ -212,8 +221,9 @@ impl OcclusionBuffer {
             return self.test(footprint);
         };
         let hidden = if self.accuracy == Accuracy::Exact {
-            self.hides(footprint, Covered::Samples)
+            self.hides(footprint)
                 || !is_seen(
+                    self.tiles.level(),
                     self.screen.rays(),
                     projected.slabs(),
                     layered(&self.tiles),
@@ -236,7 +246,9 @@ impl OcclusionBuffer {
             let projected = self.screen.project_aabb(bounds);
             return self.test_box(&projected).is_hidden();
         }
-        self.hides_closely(&self.screen.relative_aabb(bounds), rect)
+        self.hides_closely(&self.screen.slabs_of_aabb(bounds), rect, || {
+            self.screen.corners_of_aabb(bounds)
+        })
     }
 
     /// Whether what is inside a box with any orientation, off by no more than `error`, is hidden. `around` is the footprint
@@ -244,7 +256,9 @@ impl OcclusionBuffer {
     pub(crate) fn hides_own_box(&self, own: &OrientedBox, error: f64, around: Footprint) -> bool {
         match around {
             Footprint::Within(rect) if self.accuracy == Accuracy::Exact => {
-                self.hides_closely(&self.screen.relative_oriented_box(own, error), rect)
+                self.hides_closely(&self.screen.slabs_of_oriented_box(own), rect, || {
+                    self.screen.corners_of_oriented_box(own, error)
+                })
             }
             _ => self
                 .test_box(&self.screen.project_oriented_box(own, error))
@@ -253,16 +267,26 @@ impl OcclusionBuffer {
     }
 
     /// Whether a box is hidden that its rectangle and nearest corner do not hide.
-    fn hides_closely(&self, b: &EyeBox, rect: SampleRect) -> bool {
+    fn hides_closely(
+        &self,
+        slabs: &Slabs,
+        rect: SampleRect,
+        corners: impl FnOnce() -> CornerBox,
+    ) -> bool {
         let (tiles, rectangle) = (layered(&self.tiles), rectangle(&rect));
-        !is_seen(self.screen.rays(), &b.slabs, tiles, rectangle)
-            && is_box_hidden(
-                self.tiles.level(),
-                self.screen.view(),
-                tiles,
-                &b.corners,
-                rectangle,
-            )
+        !is_seen(
+            self.tiles.level(),
+            self.screen.rays(),
+            slabs,
+            tiles,
+            rectangle,
+        ) && is_box_hidden(
+            self.tiles.level(),
+            self.screen.view(),
+            tiles,
+            &corners(),
+            rectangle,
+        )
     }
 
     /// Whether a ball is hidden.
@@ -284,9 +308,7 @@ impl OcclusionBuffer {
         let hidden = match footprint {
             Footprint::Unbounded => false,
             Footprint::Nowhere => true,
-            Footprint::Within(_) if self.accuracy == Accuracy::Exact => {
-                self.hides(footprint, Covered::Samples)
-            }
+            Footprint::Within(_) if self.accuracy == Accuracy::Exact => self.hides(footprint),
             Footprint::Within(rect) => self.covers(&rect) && is_behind(&self.tiles, &rect),
         };
         visibility(hidden)
@@ -294,7 +316,7 @@ impl OcclusionBuffer {
 
     fn covers(&self, rect: &SampleRect) -> bool {
         if self.finished {
-            is_covered(&self.map, &self.tiles, rect, self.accuracy)
+            is_covered(self.map(), &self.tiles, rect, self.accuracy)
         } else {
             is_covered_so_far(&self.tiles, rect)
         }
@@ -321,9 +343,14 @@ impl OcclusionBuffer {
         &self.tiles
     }
 
-    /// The pyramid of occlusion maps as of the last [`finish`](OcclusionBuffer::finish).
+    /// The pyramid of occlusion maps as of the last [`finish`](OcclusionBuffer::finish). Exact answers do without it: if
+    /// they were asked for then, it is built by whoever asks for it first, from what is drawn by then.
     pub fn map(&self) -> &OcclusionMap {
-        &self.map
+        self.map.get_or_init(|| {
+            let mut map = OcclusionMap::new(&self.tiles);
+            map.build(&self.tiles);
+            map
+        })
     }
 
     /// Whether the pixel at column `x`, row `y` is covered, and if so the conservative depth of its tile part.

@@ -11,6 +11,8 @@
 //! * A triangle's depth at a sample is clamped to its vertices' (see [`antumbra_simd::triangle::DepthPlane`]), so no
 //!   sample is nearer than the nearest corner. The depth is rounded towards the eye when it becomes f32.
 
+use std::borrow::Borrow;
+
 use antumbra_simd::bounds::Extent;
 use antumbra_simd::boxes::{BOXES, BoxBlock, BoxView, RectBlock, project_boxes};
 use antumbra_simd::glance::{Rays, Slabs};
@@ -20,7 +22,6 @@ use antumbra_simd::{Level, SUBPIXELS};
 use glam::{DAffine3, DVec3};
 
 use super::ProjectedBox;
-use super::projected_box::EyeBox;
 use crate::scene::{Aabb, OrientedBox};
 use crate::view::{Camera, PictureSize};
 
@@ -58,6 +59,8 @@ pub enum Footprint {
 pub struct Screen {
     camera: Camera,
     size: PictureSize,
+    /// The largest of the eye's coordinates.
+    eye_reach: f64,
     from_eye: ScreenTransform,
     rays: Rays,
     norms: Norms,
@@ -87,6 +90,7 @@ impl Screen {
         Screen {
             camera,
             size,
+            eye_reach: largest(camera.eye().abs()),
             rays: Rays::new(&from_eye),
             view: BoxView {
                 screen: from_eye,
@@ -122,25 +126,25 @@ impl Screen {
 
     /// An axis-aligned world box on screen, for questions that ask more than its footprint.
     pub fn project_aabb(&self, bounds: &Aabb) -> ProjectedBox {
-        self.project_box(&self.relative_aabb(bounds))
+        self.project_box(&self.corners_of_aabb(bounds), self.slabs_of_aabb(bounds))
     }
 
     /// Where axis-aligned world boxes may be drawn, several at once; appended to `footprints` in their order.
-    pub fn footprints_of_aabbs<'a>(
+    pub fn footprints_of_aabbs(
         &self,
         level: Level,
-        boxes: impl Iterator<Item = &'a Aabb>,
+        boxes: impl Iterator<Item: Borrow<Aabb>>,
         footprints: &mut Vec<Footprint>,
     ) {
         let eye = self.camera.eye();
         let boxes = boxes.map(|bounds| {
-            let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
+            let bounds: &Aabb = bounds.borrow();
             let relative = Aabb {
                 min: bounds.min - eye,
                 max: bounds.max - eye,
             };
             // What is empty or not finite is so relative to the eye as well.
-            (relative, 2.0 * self.position_error(reach))
+            (relative, 2.0 * self.position_error(reach(bounds)))
         });
         self.footprints_of_boxes(level, &self.from_eye, boxes, footprints);
     }
@@ -155,8 +159,7 @@ impl Screen {
         boxes: impl Iterator<Item = Aabb>,
         footprints: &mut Vec<Footprint>,
     ) {
-        let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
-        let error = 2.0 * self.position_error(reach);
+        let error = 2.0 * self.position_error(reach(bounds));
         let boxes = boxes.map(|b| (b, error));
         self.footprints_of_boxes(level, from_local, boxes, footprints);
     }
@@ -195,13 +198,14 @@ impl Screen {
                 if bounded >> i & 1 == 0 || !nearest_depth.is_finite() {
                     return Footprint::Unbounded;
                 }
-                let (x, y) = (rects.x.map(|x| x[i]), rects.y.map(|y| y[i]));
+                let RectBlock { x, y, .. } = &rects;
+                let (x, y) = ([x[0][i], x[1][i]], [y[0][i], y[1][i]]);
                 if x[0] > x[1] || y[0] > y[1] {
                     return Footprint::Nowhere;
                 }
                 Footprint::Within(SampleRect {
-                    x: x.map(|v| v as i32),
-                    y: y.map(|v| v as i32),
+                    x: x.map(whole),
+                    y: y.map(whole),
                     nearest_depth,
                 })
             }));
@@ -218,7 +222,8 @@ impl Screen {
     /// A box with any orientation on screen, for questions that ask more than its footprint. Its points may be off by
     /// `error` along each world axis, besides what the projection does.
     pub fn project_oriented_box(&self, bounds: &OrientedBox, error: f64) -> ProjectedBox {
-        self.project_box(&self.relative_oriented_box(bounds, error))
+        let corners = self.corners_of_oriented_box(bounds, error);
+        self.project_box(&corners, self.slabs_of_oriented_box(bounds))
     }
 
     /// Where a ball may be drawn.
@@ -230,7 +235,7 @@ impl Screen {
             return Footprint::Unbounded;
         }
         let relative = center - self.camera.eye();
-        let radius = radius + self.position_error(center.abs().max_element() + radius);
+        let radius = radius + self.position_error(largest(center.abs()) + radius);
         let t = &self.from_eye;
         let at = |r: [f64; 4]| vector(r).dot(relative) + r[3];
         let (w, ww) = (at(t.w), vector(t.w).length_squared());
@@ -301,70 +306,77 @@ impl Screen {
         &self.view
     }
 
-    /// A world box, relative to the eye.
-    pub(super) fn relative_aabb(&self, bounds: &Aabb) -> EyeBox {
+    /// The faces of a world box, relative to the eye.
+    pub(super) fn slabs_of_aabb(&self, bounds: &Aabb) -> Slabs {
         let eye = self.camera.eye();
-        let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
-        let (min, max) = (bounds.min - eye, bounds.max - eye);
-        let side = |i: usize, axis: usize| if i >> axis & 1 == 0 { min } else { max };
-        EyeBox {
-            corners: CornerBox {
-                corners: std::array::from_fn(|a| std::array::from_fn(|i| side(i, a)[a])),
-                // Of an empty box nothing is known.
-                error: if bounds.is_valid() {
-                    2.0 * self.position_error(reach)
-                } else {
-                    f64::NAN
-                },
-                mirrored: false,
-            },
-            slabs: Slabs {
-                normal: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-                low: min.to_array(),
-                high: max.to_array(),
-            },
+        Slabs {
+            normals: None,
+            low: (bounds.min - eye).to_array(),
+            high: (bounds.max - eye).to_array(),
         }
     }
 
-    /// A box with any orientation, relative to the eye; its points may be off by `error` along each world axis.
-    pub(super) fn relative_oriented_box(&self, bounds: &OrientedBox, error: f64) -> EyeBox {
+    /// The corners of a world box, relative to the eye.
+    pub(super) fn corners_of_aabb(&self, bounds: &Aabb) -> CornerBox {
+        let eye = self.camera.eye();
+        let (min, max) = (bounds.min - eye, bounds.max - eye);
+        let side = |i: usize, axis: usize| if i >> axis & 1 == 0 { min } else { max };
+        CornerBox {
+            corners: std::array::from_fn(|a| std::array::from_fn(|i| side(i, a)[a])),
+            // Of an empty box nothing is known.
+            error: if bounds.is_valid() {
+                2.0 * self.position_error(reach(bounds))
+            } else {
+                f64::NAN
+            },
+            mirrored: false,
+        }
+    }
+
+    /// The faces of a box with any orientation, relative to the eye.
+    pub(super) fn slabs_of_oriented_box(&self, bounds: &OrientedBox) -> Slabs {
+        let [u, v, w] = bounds.half_axes;
+        let center = bounds.center - self.camera.eye();
+        let normals = [v.cross(w), w.cross(u), u.cross(v)];
+        let half = u.dot(normals[0]).abs();
+        let middle = normals.map(|n| n.dot(center));
+        Slabs {
+            normals: Some(normals.map(|n| n.to_array())),
+            low: middle.map(|m| m - half),
+            high: middle.map(|m| m + half),
+        }
+    }
+
+    /// The corners of a box with any orientation, relative to the eye; its points may be off by `error` along each world
+    /// axis.
+    pub(super) fn corners_of_oriented_box(&self, bounds: &OrientedBox, error: f64) -> CornerBox {
         let [u, v, w] = bounds.half_axes;
         let center = bounds.center - self.camera.eye();
         let sign = |i: usize, bit: usize| if i >> bit & 1 == 0 { -1.0 } else { 1.0 };
         let corner = |i| center + u * sign(i, 0) + v * sign(i, 1) + w * sign(i, 2);
         let corners: [DVec3; 8] = std::array::from_fn(corner);
-        let reach = (bounds.center.abs() + u.abs() + v.abs() + w.abs()).max_element();
-        let normal = [v.cross(w), w.cross(u), u.cross(v)];
-        let half = u.dot(normal[0]);
-        let middle = normal.map(|n| n.dot(center));
-        EyeBox {
-            corners: CornerBox {
-                corners: std::array::from_fn(|axis| corners.map(|c| c[axis])),
-                // Three axes may all be off at once: the length of the diagonal is less than twice as much.
-                error: 2.0 * (error + self.position_error(reach)),
-                mirrored: half < 0.0,
-            },
-            slabs: Slabs {
-                normal: normal.map(|n| n.to_array()),
-                low: middle.map(|m| m - half),
-                high: middle.map(|m| m + half),
-            },
+        let reach = largest(bounds.center.abs() + u.abs() + v.abs() + w.abs());
+        CornerBox {
+            corners: std::array::from_fn(|axis| corners.map(|c| c[axis])),
+            // Three axes may all be off at once: the length of the diagonal is less than twice as much.
+            error: 2.0 * (error + self.position_error(reach)),
+            mirrored: u.dot(v.cross(w)) < 0.0,
         }
     }
 
     fn position_error(&self, reach: f64) -> f64 {
-        (reach + self.camera.eye().abs().max_element()) * POSITION_ERROR
+        (reach + self.eye_reach) * POSITION_ERROR
     }
 
-    fn project_box(&self, b: &EyeBox) -> ProjectedBox {
-        let (footprint, on_screen) = match OnScreen::new(&self.view, &b.corners) {
+    fn project_box(&self, corners: &CornerBox, slabs: Slabs) -> ProjectedBox {
+        let (footprint, on_screen) = match OnScreen::new(&self.view, corners) {
             Some((on_screen, extent)) => (
-                self.footprint_of_extent(extent, b.corners.error),
+                self.footprint_of_extent(extent, corners.error),
                 Some(on_screen),
             ),
             None => (Footprint::Unbounded, None),
         };
-        ProjectedBox::new(footprint, on_screen, b.slabs)
+        ProjectedBox::new(footprint, on_screen, slabs)
     }
 
     /// How far a vertex may be drawn from where its position, off by `position_error`, projects to, in sub-pixels: along
@@ -407,6 +419,24 @@ impl Screen {
             nearest_depth,
         })
     }
+}
+
+/// The largest coordinate. What is not a number is left out: the questions find it themselves.
+fn largest(v: DVec3) -> f64 {
+    let greater = |a: f64, b: f64| if b > a { b } else { a };
+    greater(greater(v.x, v.y), v.z)
+}
+
+/// The largest magnitude of a coordinate of a box.
+fn reach(bounds: &Aabb) -> f64 {
+    let (min, max) = (largest(bounds.min.abs()), largest(bounds.max.abs()));
+    if max > min { max } else { min }
+}
+
+/// A whole number from 0 to 2³¹, which a cast would first have to find within bounds: in the lowest bits of its sum with
+/// 2⁵².
+fn whole(value: f64) -> i32 {
+    (value + (1_u64 << 52) as f64).to_bits() as i32
 }
 
 fn vector(row: [f64; 4]) -> DVec3 {

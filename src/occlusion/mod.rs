@@ -1,8 +1,9 @@
 //! Is this box hidden by what has been drawn?
 //!
 //! A question runs through the files in this order: a shape's `footprint` on screen, the rectangle of samples it may
-//! cover and its nearest depth; the `overlap` test of that rectangle against the pyramid of occlusion maps (`map`); the
-//! `depth` test against the no-background Z-buffer. Occluded means that both pass (HOM §3.1). A box that those do not
+//! cover and its nearest depth; the `overlap` test of that rectangle, where holes are ignored against the pyramid of
+//! occlusion maps (`map`); the `depth` test against the no-background Z-buffer. Occluded means that both pass (HOM §3.1);
+//! exactly, both are asked at once ([`antumbra_simd::query`]). A box that those do not
 //! hide, and that does not show itself at one of a few samples, is asked again, more closely (`outline`): with its silhouette in place of the rectangle and its sloped faces in
 //! place of the nearest depth (`projected_box`). [`OcclusionBuffer`] (`buffer`) puts them together for an engine that
 //! has its own scene.

@@ -3,7 +3,7 @@
 use antumbra_simd::faces::Faces;
 use antumbra_simd::glance::Slabs;
 use antumbra_simd::outline::Outline;
-use antumbra_simd::projected::{CornerBox, OnScreen};
+use antumbra_simd::projected::OnScreen;
 use antumbra_simd::query::Rectangle;
 
 use super::{Footprint, SampleRect};
@@ -14,15 +14,6 @@ pub struct ProjectedBox {
     footprint: Footprint,
     on_screen: Option<OnScreen>,
     slabs: Slabs,
-}
-
-/// A box relative to the eye, in the forms that questions take.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct EyeBox {
-    /// By its corners.
-    pub corners: CornerBox,
-    /// By its faces.
-    pub slabs: Slabs,
 }
 
 impl ProjectedBox {

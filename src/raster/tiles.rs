@@ -8,7 +8,7 @@ use antumbra_simd::Level;
 use antumbra_simd::PARTS_PER_TILE;
 use antumbra_simd::coverage::{PART_MASKS, rectangle_mask};
 use antumbra_simd::fill::{TileRows, fill};
-use antumbra_simd::query::{Covered, Rectangle, Tiles, is_behind_all};
+use antumbra_simd::query::{Rectangle, Tiles, is_behind_all};
 use antumbra_simd::spans::{SpanBlock, SpanPolygon};
 use antumbra_simd::tile::UNCOVERED;
 use antumbra_simd::triangle::Triangle;
@@ -137,8 +137,8 @@ impl TileBuffer {
     }
 
     /// Whether a rectangle of samples is hidden.
-    pub(crate) fn hides(&self, rectangle: Rectangle, covered: Covered) -> bool {
-        is_behind_all(self.level, self.tiles(), rectangle, covered)
+    pub(crate) fn hides(&self, rectangle: Rectangle) -> bool {
+        is_behind_all(self.level, self.tiles(), rectangle)
     }
 
     /// What questions read.

@@ -93,20 +93,20 @@ impl Frustum {
     /// of its coordinates, as a scene's boxes are, is never outside where what it holds would be drawn.
     pub fn contains(&self, bounds: &Aabb, planes: Planes) -> Containment {
         let (min, max) = (bounds.min - self.eye, bounds.max - self.eye);
-        let mut left = 0;
-        for (i, &(normal, offset)) in self.planes.iter().enumerate() {
-            if planes.0 >> i & 1 == 0 {
-                continue;
-            }
-            let positive = normal.cmpge(DVec3::ZERO);
-            let farthest_in = DVec3::select(positive, max, min);
-            let farthest_out = DVec3::select(positive, min, max);
-            if normal.dot(farthest_in) + offset < 0.0 {
+        let greater = |a: f64, b: f64| if a > b { a } else { b };
+        let lesser = |a: f64, b: f64| if a < b { a } else { b };
+        let (mut untested, mut left) = (planes.0, 0);
+        while untested != 0 {
+            let i = untested.trailing_zeros();
+            untested &= untested - 1;
+            let (normal, offset) = self.planes[i as usize];
+            let (a, b) = (normal * min, normal * max);
+            let farthest_in = greater(a.x, b.x) + greater(a.y, b.y) + greater(a.z, b.z);
+            if farthest_in + offset < 0.0 {
                 return Containment::Outside;
             }
-            if normal.dot(farthest_out) + offset < 0.0 {
-                left |= 1 << i;
-            }
+            let farthest_out = lesser(a.x, b.x) + lesser(a.y, b.y) + lesser(a.z, b.z);
+            left |= u8::from(farthest_out + offset < 0.0) << i;
         }
         Containment::Meets(Planes(left))
     }

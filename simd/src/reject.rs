@@ -1,8 +1,9 @@
-//! Which quadrilaterals of a cluster need no set-up: those that face away, that have no sample between their extremes, or
-//! that lie behind what is drawn already.
+//! Which quadrilaterals of a cluster need no set-up: those that face away, that have no sample between their extremes or,
+//! if they are tiny, inside, or that lie behind what is drawn already.
 //!
 //! Extents are found in f32, where coordinates on the grid are exact: a sample between the extremes is not lost. Areas
-//! are products, and found in f64.
+//! are products, and found in f64; but those of a tiny quadrilateral's corners, counted from its first sample, are whole
+//! numbers below 2²², and so are its edge functions at its samples.
 
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
@@ -10,6 +11,7 @@ use fearless_simd::prelude::*;
 use crate::assemble::{Drawing, MOST_VERTICES, Vertices};
 use crate::order::greater;
 use crate::set_up::coordinates;
+use crate::quad::TINY;
 use crate::spans::BLOCK;
 use crate::triangle::CullMode;
 use crate::{SUBPIXELS, TILE_SIZE};
@@ -57,16 +59,17 @@ pub(crate) fn reject<S: Simd>(
         }
     }
     let mut tiles = SmallExtents::default();
-    let (mut drawn, mut convex, mut small) = (0, 0, 0);
+    let (mut drawn, mut convex, mut small, mut empty) = (0, 0, 0, 0);
     for lane in (0..BLOCK).step_by(S::f32s::LEN) {
         let of_lanes = reject_lanes(simd, &places, lane, drawing, &mut tiles);
         drawn |= of_lanes.drawn << lane;
         convex |= of_lanes.convex << lane;
         small |= of_lanes.small << lane;
+        empty |= of_lanes.empty << lane;
     }
     drawn &= candidates;
     left.apart = drawn & !convex;
-    let mut whole = drawn & convex;
+    let mut whole = drawn & convex & !empty;
     let mut to_ask = whole & small;
     while to_ask != 0 {
         let i = to_ask.trailing_zeros() as usize;
@@ -107,6 +110,8 @@ struct Lanes {
     convex: u64,
     /// [`SmallExtents`] has it.
     small: u64,
+    /// It is tiny and covers no sample.
+    empty: u64,
 }
 
 /// Looks at the quadrilaterals from `lane` of a block, as many as a vector of f32 holds.
@@ -154,6 +159,20 @@ fn reject_lanes<S: Simd>(
     );
     store_whole::<S>(small.select(down * across, zero), &mut tiles.down[range]);
 
+    let limit = S::f32s::splat(simd, TINY as f32);
+    let tiny = (largest_x - least_x).simd_le(limit)
+        & (largest_y - least_y).simd_le(limit)
+        & (last_x - first_x).simd_lt(two)
+        & (last_y - first_y).simd_lt(two)
+        & sampled;
+    let empty = if tiny.any_true() {
+        let (x, y) = ([x0, x1, x2, x3], [y0, y1, y2, y3]);
+        let covered = is_covered::<S>(simd, x, y, [first_x, first_y], [last_x, last_y]);
+        (tiny & !covered).to_bitmask()
+    } else {
+        0
+    };
+
     // From the first corner to the others.
     let (ax, ay) = ((x1 - x0).widen(), (y1 - y0).widen());
     let (bx, by) = ((x2 - x0).widen(), (y2 - y0).widen());
@@ -165,7 +184,62 @@ fn reject_lanes<S: Simd>(
         drawn: sampled.to_bitmask() & (low[0] | high[0] << S::f64s::LEN),
         convex: low[1] | high[1] << S::f64s::LEN,
         small: small.to_bitmask(),
+        empty,
     }
+}
+
+/// Whether convex quadrilaterals cover one of the samples in the first or the last column, and the first or the last row.
+#[inline(always)]
+fn is_covered<S: Simd>(
+    simd: S,
+    [x0, x1, x2, x3]: [S::f32s; 4],
+    [y0, y1, y2, y3]: [S::f32s; 4],
+    [first_x, first_y]: [S::f32s; 2],
+    [last_x, last_y]: [S::f32s; 2],
+) -> S::mask32s {
+    let zero = S::f32s::splat(simd, 0.0);
+    let per_sample = SUBPIXELS as f32;
+    let (x, y) = (first_x + 0.5, first_y + 0.5);
+    let (x, y) = (x * per_sample, y * per_sample);
+    // Clockwise.
+    let turn = ((x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)).simd_lt(zero);
+    let a = [x0 - x, y0 - y];
+    let b = [turn.select(x3, x1) - x, turn.select(y3, y1) - y];
+    let c = [x2 - x, y2 - y];
+    let d = [turn.select(x1, x3) - x, turn.select(y1, y3) - y];
+    let step = [
+        (last_x - first_x) * per_sample,
+        (last_y - first_y) * per_sample,
+    ];
+    let ab = edge_at_samples::<S>(simd, a, b, step);
+    let bc = edge_at_samples::<S>(simd, b, c, step);
+    let cd = edge_at_samples::<S>(simd, c, d, step);
+    let da = edge_at_samples::<S>(simd, d, a, step);
+    // The least edge function at each sample, and the largest of these.
+    let mut most = S::f32s::splat(simd, -1.0);
+    for at in 0..4 {
+        most = most.max(ab[at].min(bc[at]).min(cd[at].min(da[at])));
+    }
+    most.simd_ge(zero)
+}
+
+/// The functions of the edges from `a` to `b` at four samples: at no corner's distance, and at one or both of `step`. See
+/// [`Edge::between`](crate::triangle::Edge::between).
+#[inline(always)]
+fn edge_at_samples<S: Simd>(
+    simd: S,
+    a: [S::f32s; 2],
+    b: [S::f32s; 2],
+    step: [S::f32s; 2],
+) -> [S::f32s; 4] {
+    let (ea, eb) = (a[1] - b[1], b[0] - a[0]);
+    let at_first = a[0] * b[1] - b[0] * a[1];
+    // Left edges and top ones: the first factor decides unless it is zero.
+    let keeps_border = (ea * (2 * TINY) as f32 + eb).simd_ge(S::f32s::splat(simd, 0.0));
+    let at_first = keeps_border.select(at_first, at_first - 1.0);
+    let at_right = at_first + ea * step[0];
+    let below = eb * step[1];
+    [at_first, at_right, at_first + below, at_right + below]
 }
 
 #[inline(always)]

@@ -11,9 +11,9 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch};
 
+use crate::closer::LayeredTiles;
 use crate::quad::Quad;
-use crate::query::Tiles;
-use crate::reject::{Left, reject};
+use crate::reject::{Left, is_hidden, reject};
 use crate::set_up::set_up_block;
 use crate::spans::{BLOCK, SpanBlock};
 use crate::triangle::CullMode;
@@ -54,8 +54,8 @@ pub struct Drawing<'a> {
     pub width: i32,
     /// Samples down the picture.
     pub height: i32,
-    /// What is drawn already: small polygons that lie behind it are left out, since filling them would change nothing.
-    pub drawn: Tiles<'a>,
+    /// What is drawn already: small polygons that lie behind it are left out.
+    pub drawn: LayeredTiles<'a>,
 }
 
 /// Memory to work in, kept from cluster to cluster.
@@ -165,6 +165,7 @@ fn assemble_plain(
     for (index, corners) in cluster.quads.iter().enumerate() {
         match quad(corners) {
             Some(Quad::Nothing) => {}
+            Some(Quad::Whole(polygon)) if is_hidden(&polygon, drawing.drawn) => {}
             Some(Quad::Whole(polygon)) => whole.push(polygon),
             Some(Quad::Apart) | None => apart |= 1 << index,
         }
@@ -173,6 +174,7 @@ fn assemble_plain(
     take_apart(cluster.quads, apart, &mut memory.apart);
     for &corners in &memory.apart {
         match quad(&corners) {
+            Some(Quad::Whole(polygon)) if is_hidden(&polygon, drawing.drawn) => {}
             Some(Quad::Whole(polygon)) => whole.push(polygon),
             // A triangle comes apart no further.
             Some(Quad::Nothing | Quad::Apart) => {}

@@ -9,10 +9,12 @@ use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
 use crate::assemble::{Drawing, MOST_VERTICES, Vertices};
+use crate::closer::LayeredTiles;
+use crate::coverage::rectangle_mask;
 use crate::order::greater;
-use crate::set_up::coordinates;
 use crate::quad::TINY;
-use crate::spans::BLOCK;
+use crate::set_up::coordinates;
+use crate::spans::{BLOCK, SpanPolygon};
 use crate::triangle::CullMode;
 use crate::{SUBPIXELS, TILE_SIZE};
 
@@ -58,10 +60,10 @@ pub(crate) fn reject<S: Simd>(
             }
         }
     }
-    let mut tiles = SmallExtents::default();
+    let mut extents = Extents::default();
     let (mut drawn, mut convex, mut small, mut empty) = (0, 0, 0, 0);
     for lane in (0..BLOCK).step_by(S::f32s::LEN) {
-        let of_lanes = reject_lanes(simd, &places, lane, drawing, &mut tiles);
+        let of_lanes = reject_lanes(simd, &places, lane, drawing, &mut extents);
         drawn |= of_lanes.drawn << lane;
         convex |= of_lanes.convex << lane;
         small |= of_lanes.small << lane;
@@ -74,32 +76,93 @@ pub(crate) fn reject<S: Simd>(
     while to_ask != 0 {
         let i = to_ask.trailing_zeros() as usize;
         to_ask &= to_ask - 1;
-        let first = tiles.first[i] as usize;
-        let right = first + tiles.to_right[i] as usize;
-        let down = tiles.down[i] as usize;
-        let shown = drawing.drawn;
-        // The rest is seldom asked for.
-        if shown.coverage[first] == u64::MAX && shown.coverage[right + down] == u64::MAX {
-            let [a, b, c, d] = quads[i].map(|v| vertices.depth[usize::from(v) % MOST_VERTICES]);
-            let nearest = greater(greater(a, b), greater(c, d)) as f32;
-            let hidden = [first, right, first + down, right + down]
-                .iter()
-                .all(|&tile| shown.is_full_before(tile, nearest));
-            whole &= !(u64::from(hidden) << i);
+        let drawn = drawing.drawn;
+        let [left, right] = extents
+            .columns
+            .each_ref()
+            .map(|c| COLUMNS[c[i] as usize % 64]);
+        let [upper, lower] = extents.rows.each_ref().map(|r| ROWS[r[i] as usize % 64]);
+        let first = extents.first[i] as usize;
+        // Most are not, and that is known before anything else.
+        if left & upper & !drawn.coverage[first] != 0 {
+            continue;
         }
+        let [a, b, c, d] = quads[i].map(|v| vertices.depth[usize::from(v) % MOST_VERTICES]);
+        let nearest = greater(greater(a, b), greater(c, d)) as f32;
+        let (to_right, down) = (extents.to_right[i] as usize, extents.down[i] as usize);
+        let hidden = drawn.hides(first, left & upper, nearest)
+            && (to_right + down == 0
+                || drawn.hides(first + to_right, right & upper, nearest)
+                    && drawn.hides(first + down, left & lower, nearest)
+                    && drawn.hides(first + to_right + down, right & lower, nearest));
+        whole &= !(u64::from(hidden) << i);
     }
     Asked { whole, left }
 }
 
+/// The plain form of what is asked about what is drawn: whether a polygon reaches over no more than two columns and two
+/// rows of tiles, and they show nothing farther than its nearest corner at any sample between its extremes.
+pub(crate) fn is_hidden(polygon: &SpanPolygon, drawn: LayeredTiles<'_>) -> bool {
+    let [columns, rows] = [polygon.x, polygon.y].map(|v| v.map(|v| v / TILE_SIZE));
+    let within = |samples: [i32; 2], tile: i32| {
+        let from = tile * TILE_SIZE;
+        [
+            (samples[0] - from).max(0),
+            (samples[1] - from).min(TILE_SIZE - 1),
+        ]
+    };
+    columns[1] - columns[0] < 2
+        && rows[1] - rows[0] < 2
+        && (rows[0]..=rows[1]).all(|row| {
+            (columns[0]..=columns[1]).all(|column| {
+                let mask = rectangle_mask(within(polygon.x, column), within(polygon.y, row));
+                let tile = row as usize * drawn.across + column as usize;
+                drawn.hides(tile, mask, polygon.depth.nearest)
+            })
+        })
+}
+
+/// The samples of a tile in its columns from `first` to `last`, at `8·first + last`; none at 8.
+const COLUMNS: [u64; 64] = {
+    let mut masks = [0; 64];
+    let mut i = 0;
+    while i < 64 {
+        let (first, last) = (i / 8, i % 8);
+        if first <= last {
+            masks[i] = (0xff >> (7 - last) & 0xff << first) * 0x0101_0101_0101_0101;
+        }
+        i += 1;
+    }
+    masks
+};
+
+/// Likewise in its rows.
+const ROWS: [u64; 64] = {
+    let mut masks = [0; 64];
+    let mut i = 0;
+    while i < 64 {
+        let (first, last) = (i / 8, i % 8);
+        if first <= last {
+            masks[i] = u64::MAX >> (8 * (7 - last)) & u64::MAX << (8 * first);
+        }
+        i += 1;
+    }
+    masks
+};
+
 /// Where polygons lie that reach over no more than two columns and two rows of tiles.
 #[derive(Default)]
-struct SmallExtents {
+struct Extents {
     /// The upper left tile.
     first: [i32; BLOCK],
     /// From there to the tile on the right.
     to_right: [i32; BLOCK],
     /// From there to the tile below.
     down: [i32; BLOCK],
+    /// Which samples of the left and of the right tiles: indices into [`COLUMNS`].
+    columns: [[i32; BLOCK]; 2],
+    /// Which samples of the upper and of the lower tiles: indices into [`ROWS`].
+    rows: [[i32; BLOCK]; 2],
 }
 
 /// What is known of the quadrilaterals in some lanes of a block: a bit for each.
@@ -108,7 +171,7 @@ struct Lanes {
     drawn: u64,
     /// No corner is turned inwards.
     convex: u64,
-    /// [`SmallExtents`] has it.
+    /// [`Extents`] has it.
     small: u64,
     /// It is tiny and covers no sample.
     empty: u64,
@@ -121,7 +184,7 @@ fn reject_lanes<S: Simd>(
     places: &[[[f32; 2]; BLOCK]; 4],
     lane: usize,
     drawing: Drawing<'_>,
-    tiles: &mut SmallExtents,
+    extents: &mut Extents,
 ) -> Lanes {
     let [x0, y0] = coordinates::<S>(simd, &places[0], lane);
     let [x1, y1] = coordinates::<S>(simd, &places[1], lane);
@@ -141,23 +204,29 @@ fn reject_lanes<S: Simd>(
     let last_y = (largest_y * per_subpixel - 0.5).floor().min(bottom);
     let sampled = first_x.simd_le(last_x) & first_y.simd_le(last_y);
 
-    let per_sample = 1.0 / TILE_SIZE as f32;
+    let (per_sample, size) = (1.0 / TILE_SIZE as f32, TILE_SIZE as f32);
+    let two = S::f32s::splat(simd, 2.0);
     let first_column = (first_x * per_sample).floor();
     let first_row = (first_y * per_sample).floor();
     let to_right = (last_x * per_sample).floor() - first_column;
     let down = (last_y * per_sample).floor() - first_row;
-    let two = S::f32s::splat(simd, 2.0);
     let small = to_right.simd_lt(two) & down.simd_lt(two) & sampled;
+    let (left, top) = (first_column * size, first_row * size);
+    let columns = within_tiles::<S>(simd, first_x - left, last_x - left);
+    let rows = within_tiles::<S>(simd, first_y - top, last_y - top);
     // Numbers of tiles are exact in f32: there are less than 2²⁴.
     let across = drawing.drawn.across as f32;
     let range = lane..(lane + S::f32s::LEN).min(BLOCK);
-    let first = small.select(first_row * across + first_column, zero);
-    store_whole::<S>(first, &mut tiles.first[range.clone()]);
     store_whole::<S>(
-        small.select(to_right, zero),
-        &mut tiles.to_right[range.clone()],
+        first_row * across + first_column,
+        &mut extents.first[range.clone()],
     );
-    store_whole::<S>(small.select(down * across, zero), &mut tiles.down[range]);
+    store_whole::<S>(to_right, &mut extents.to_right[range.clone()]);
+    store_whole::<S>(down * across, &mut extents.down[range.clone()]);
+    for end in 0..2 {
+        store_whole::<S>(columns[end], &mut extents.columns[end][range.clone()]);
+        store_whole::<S>(rows[end], &mut extents.rows[end][range.clone()]);
+    }
 
     let limit = S::f32s::splat(simd, TINY as f32);
     let tiny = (largest_x - least_x).simd_le(limit)
@@ -223,8 +292,8 @@ fn is_covered<S: Simd>(
     most.simd_ge(zero)
 }
 
-/// The functions of the edges from `a` to `b` at four samples: at no corner's distance, and at one or both of `step`. See
-/// [`Edge::between`](crate::triangle::Edge::between).
+/// The functions of the edges from `a` to `b`, with corners counted from a first sample: there, on the right, below, and on
+/// the right below. See [`Edge::between`](crate::triangle::Edge::between).
 #[inline(always)]
 fn edge_at_samples<S: Simd>(
     simd: S,
@@ -240,6 +309,16 @@ fn edge_at_samples<S: Simd>(
     let at_right = at_first + ea * step[0];
     let below = eb * step[1];
     [at_first, at_right, at_first + below, at_right + below]
+}
+
+/// The indices into [`COLUMNS`] or [`ROWS`] of samples that are counted from the corner of the first of two tiles.
+#[inline(always)]
+fn within_tiles<S: Simd>(simd: S, first: S::f32s, last: S::f32s) -> [S::f32s; 2] {
+    let size = S::f32s::splat(simd, TILE_SIZE as f32);
+    [
+        first * size + last.min(size - 1.0),
+        last.simd_ge(size).select(last - size, size),
+    ]
 }
 
 #[inline(always)]

@@ -7,7 +7,6 @@ use antumbra_simd::triangle::Triangle;
 use antumbra_simd::{Level, PART_HEIGHT};
 use glam::{DAffine3, DVec3};
 
-use super::outline::layered;
 use super::projected_box::{EyeBox, rectangle};
 use super::{
     Accuracy, Footprint, OcclusionMap, ProjectedBox, SampleRect, Screen, is_behind, is_covered,
@@ -216,7 +215,7 @@ impl OcclusionBuffer {
                 || !is_seen(
                     self.screen.rays(),
                     projected.slabs(),
-                    layered(&self.tiles),
+                    self.tiles.layered(),
                     rectangle(&rect),
                 ) && self.hides_outline(projected, &rect, false)
         } else {
@@ -254,7 +253,7 @@ impl OcclusionBuffer {
 
     /// Whether a box is hidden that its rectangle and nearest corner do not hide.
     fn hides_closely(&self, b: &EyeBox, rect: SampleRect) -> bool {
-        let (tiles, rectangle) = (layered(&self.tiles), rectangle(&rect));
+        let (tiles, rectangle) = (self.tiles.layered(), rectangle(&rect));
         !is_seen(self.screen.rays(), &b.slabs, tiles, rectangle)
             && is_box_hidden(
                 self.tiles.level(),

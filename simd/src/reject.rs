@@ -8,7 +8,7 @@
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
-use crate::assemble::{Drawing, MOST_VERTICES, Vertices};
+use crate::assemble::{Drawing, MOST_VERTICES, VertexSet, Vertices};
 use crate::closer::LayeredTiles;
 use crate::coverage::rectangle_mask;
 use crate::order::greater;
@@ -51,12 +51,11 @@ pub(crate) fn reject<S: Simd>(
     }
     let mut left = Left::default();
     let mut candidates = (1_u64 << quads.len()) - 1;
-    if vertices.inside != u128::MAX {
-        for (i, quad) in quads.iter().enumerate() {
-            let all = |set: u128| quad.iter().all(|v| set >> v & 1 == 1);
-            if !all(vertices.inside) {
+    if vertices.inside != VertexSet::ALL {
+        for (i, &quad) in quads.iter().enumerate() {
+            if !vertices.inside.has_all(quad) {
                 candidates &= !(1 << i);
-                left.outside |= u64::from(!all(vertices.too_near)) << i;
+                left.outside |= u64::from(!vertices.too_near.has_all(quad)) << i;
             }
         }
     }

@@ -271,6 +271,7 @@ fn assemble_gives_the_same_polygons_on_every_level() {
             x: &x,
             y: &y,
             z: &z,
+            vertices: count,
             quads: &quads,
         };
         let assembled = |level: Level| {
@@ -329,6 +330,7 @@ fn assembling_behind_what_is_drawn_leaves_out_only_what_changes_nothing() {
             x: &x,
             y: &y,
             z: &z,
+            vertices: 48,
             quads: &quads,
         };
         let assembled = |level: Level, drawn: &Picture| {

@@ -113,6 +113,7 @@ impl Assembly {
                     x: geometry.x,
                     y: geometry.y,
                     z: geometry.z,
+                    vertices: geometry.vertex_count,
                     quads: geometry.quads,
                 },
                 &screen,

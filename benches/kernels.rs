@@ -90,7 +90,7 @@ fn assemble_all(
         cull: CullMode::Back,
         width: size().width() as i32,
         height: size().height() as i32,
-        drawn: tiles(nothing),
+        drawn: layered(nothing),
     };
     let (mut vertices, mut to_clip) = (AssembleMemory::default(), Vec::new());
     blocks.clear();

@@ -18,6 +18,7 @@ pub fn cluster(geometry: ClusterGeometry<'_>) -> Cluster<'_> {
         x: geometry.x,
         y: geometry.y,
         z: geometry.z,
+        vertices: geometry.vertex_count,
         quads: geometry.quads,
     }
 }

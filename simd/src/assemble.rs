@@ -11,9 +11,9 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch};
 
+use crate::closer::LayeredTiles;
 use crate::quad::Quad;
-use crate::query::Tiles;
-use crate::reject::{Left, reject};
+use crate::reject::{Left, is_hidden, reject};
 use crate::set_up::set_up_block;
 use crate::spans::{BLOCK, SpanBlock};
 use crate::triangle::CullMode;
@@ -38,6 +38,8 @@ pub struct Cluster<'a> {
     pub y: &'a [f32],
     /// Likewise.
     pub z: &'a [f32],
+    /// How many of them are no padding.
+    pub vertices: usize,
     /// Four vertices `a b c d` each, at most [`MOST_QUADS`]: two triangles `a b c` and `a c d`, or one if the last two are
     /// the same. Counter-clockwise is the front.
     pub quads: &'a [[u8; 4]],
@@ -54,8 +56,8 @@ pub struct Drawing<'a> {
     pub width: i32,
     /// Samples down the picture.
     pub height: i32,
-    /// What is drawn already: small polygons that lie behind it are left out, since filling them would change nothing.
-    pub drawn: Tiles<'a>,
+    /// What is drawn already: small polygons that lie behind it are left out.
+    pub drawn: LayeredTiles<'a>,
 }
 
 /// Memory to work in, kept from cluster to cluster.
@@ -66,16 +68,46 @@ pub struct AssembleMemory {
     apart: Vec<[u8; 4]>,
 }
 
+/// A bit for each vertex of a cluster.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct VertexSet([u64; MOST_VERTICES / 64]);
+
+impl VertexSet {
+    pub(crate) const NONE: VertexSet = VertexSet([0; MOST_VERTICES / 64]);
+    pub(crate) const ALL: VertexSet = VertexSet([u64::MAX; MOST_VERTICES / 64]);
+
+    /// Whether it has all corners of a quadrilateral.
+    #[inline(always)]
+    pub(crate) fn has_all(&self, quad: [u8; 4]) -> bool {
+        let has = |v: u8| self.0[usize::from(v) % MOST_VERTICES / 64] >> (v % 64) & 1 == 1;
+        has(quad[0]) && has(quad[1]) && has(quad[2]) && has(quad[3])
+    }
+
+    /// Adds a vector of vertices that begins with number `at`: no vector reaches over two words.
+    #[inline(always)]
+    fn add(&mut self, vertices: u64, at: usize) {
+        self.0[at / 64] |= vertices << (at % 64);
+    }
+
+    /// Adds all vertices from number `first`.
+    fn add_from(&mut self, first: usize) {
+        for (word, bits) in self.0.iter_mut().enumerate() {
+            let start = first.saturating_sub(64 * word);
+            *bits |= if start < 64 { u64::MAX << start } else { 0 };
+        }
+    }
+}
+
 /// A cluster's vertices on the sub-pixel grid.
 #[derive(Clone, Debug)]
 pub(crate) struct Vertices {
     /// Columns and rows in sub-pixels: whole numbers below 2²⁴, exact in f32.
     pub(crate) place: [[f32; 2]; MOST_VERTICES],
     pub(crate) depth: [f64; MOST_VERTICES],
-    /// Bit `i` is set where vertex `i` can be used as it is.
-    pub(crate) inside: u128,
-    /// Bit `i` is set where vertex `i` lies in front of the near plane.
-    pub(crate) too_near: u128,
+    /// Which vertices can be used as they are.
+    pub(crate) inside: VertexSet,
+    /// Which vertices lie in front of the near plane.
+    pub(crate) too_near: VertexSet,
 }
 
 impl Default for AssembleMemory {
@@ -84,8 +116,8 @@ impl Default for AssembleMemory {
             vertices: Vertices {
                 place: [[0.0; 2]; MOST_VERTICES],
                 depth: [0.0; MOST_VERTICES],
-                inside: 0,
-                too_near: 0,
+                inside: VertexSet::NONE,
+                too_near: VertexSet::NONE,
             },
             apart: Vec::with_capacity(2 * MOST_QUADS),
         }
@@ -96,7 +128,8 @@ impl Default for AssembleMemory {
 /// clipped.
 ///
 /// # Panics
-/// If the arrays differ in length, are too long or not padded, or an index is out of range.
+/// If the arrays differ in length, are too long or not padded or have fewer vertices than they should, or an index is out of
+/// range.
 pub fn assemble(
     level: Level,
     cluster: Cluster<'_>,
@@ -109,6 +142,7 @@ pub fn assemble(
         cluster.x.len() == cluster.y.len()
             && cluster.x.len() == cluster.z.len()
             && cluster.x.len() <= MOST_VERTICES
+            && cluster.vertices <= cluster.x.len()
             && cluster.x.len().is_multiple_of(VERTEX_PADDING)
             && cluster.quads.len() <= MOST_QUADS
     );
@@ -145,7 +179,7 @@ fn assemble_plain(
         let position = [cluster.x[i], cluster.y[i], cluster.z[i]];
         transform(drawing.screen, position)
     };
-    let vertices: Vec<ClipVertex> = (0..cluster.x.len()).map(vertex).collect();
+    let vertices: Vec<ClipVertex> = (0..cluster.vertices).map(vertex).collect();
     let quad = |corners: &[u8; 4]| {
         let corners = corners.map(|i| vertices[usize::from(i)]);
         if corners.iter().all(|v| v.is_too_near(drawing.screen)) {
@@ -165,6 +199,7 @@ fn assemble_plain(
     for (index, corners) in cluster.quads.iter().enumerate() {
         match quad(corners) {
             Some(Quad::Nothing) => {}
+            Some(Quad::Whole(polygon)) if is_hidden(&polygon, drawing.drawn) => {}
             Some(Quad::Whole(polygon)) => whole.push(polygon),
             Some(Quad::Apart) | None => apart |= 1 << index,
         }
@@ -173,6 +208,7 @@ fn assemble_plain(
     take_apart(cluster.quads, apart, &mut memory.apart);
     for &corners in &memory.apart {
         match quad(&corners) {
+            Some(Quad::Whole(polygon)) if is_hidden(&polygon, drawing.drawn) => {}
             Some(Quad::Whole(polygon)) => whole.push(polygon),
             // A triangle comes apart no further.
             Some(Quad::Nothing | Quad::Apart) => {}
@@ -263,9 +299,9 @@ fn row<S: Simd>(r: &[f64; 4], x: S::f64s, y: S::f64s, z: S::f64s) -> S::f64s {
 #[inline(always)]
 fn project<S: Simd>(simd: S, cluster: Cluster<'_>, t: &ScreenTransform, vertices: &mut Vertices) {
     let lanes = S::f64s::LEN;
-    vertices.inside = 0;
-    vertices.too_near = 0;
-    for at in (0..cluster.x.len()).step_by(2 * lanes) {
+    vertices.inside = VertexSet::NONE;
+    vertices.too_near = VertexSet::NONE;
+    for at in (0..cluster.vertices).step_by(2 * lanes) {
         let x = S::f32s::from_slice(simd, &cluster.x[at..at + 2 * lanes]).widen();
         let y = S::f32s::from_slice(simd, &cluster.y[at..at + 2 * lanes]).widen();
         let z = S::f32s::from_slice(simd, &cluster.z[at..at + 2 * lanes]).widen();
@@ -277,10 +313,7 @@ fn project<S: Simd>(simd: S, cluster: Cluster<'_>, t: &ScreenTransform, vertices
         high.store_slice(&mut places[2 * lanes..]);
     }
     // Vertices that there are none of are no reason to look for outsiders.
-    let count = cluster.x.len();
-    if count < MOST_VERTICES {
-        vertices.inside |= u128::MAX << count;
-    }
+    vertices.inside.add_from(cluster.vertices);
 }
 
 #[inline(always)]
@@ -298,7 +331,7 @@ fn project_lanes<S: Simd>(
     let zero = S::f64s::splat(simd, 0.0);
     let band = w * f64::from(GUARD_BAND);
     let too_near = depth.simd_gt(w * t.near_depth);
-    vertices.too_near |= u128::from(too_near.to_bitmask()) << at;
+    vertices.too_near.add(too_near.to_bitmask(), at);
     let mut inside = w.simd_gt(zero)
         & band.simd_lt(S::f64s::splat(simd, f64::INFINITY))
         & depth.simd_le(w * t.near_depth)
@@ -307,7 +340,7 @@ fn project_lanes<S: Simd>(
     if t.far_depth != f64::NEG_INFINITY {
         inside &= depth.simd_ge(w * t.far_depth);
     }
-    vertices.inside |= u128::from(inside.to_bitmask()) << at;
+    vertices.inside.add(inside.to_bitmask(), at);
     let inverse = S::f64s::splat(simd, 1.0) / w;
     let range = at..at + S::f64s::LEN;
     (depth * inverse).store_slice(&mut vertices.depth[range]);

@@ -15,6 +15,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f64x8, i16x8};
 
 use crate::boxes::BoxView;
+use crate::coverage::PART_MASKS;
 use crate::faces::{Faces, RowLayers};
 use crate::outline::{Outline, OutlineEdge};
 use crate::projected::{CornerBox, OnScreen};
@@ -38,6 +39,19 @@ pub struct LayeredTiles<'a> {
 }
 
 impl LayeredTiles<'_> {
+    /// Whether these samples of a tile are covered by something not farther than `depth`.
+    #[inline(always)]
+    pub(crate) fn hides(&self, tile: usize, samples: u64, depth: f32) -> bool {
+        let before = |[upper, lower]: [f32; PARTS_PER_TILE]| {
+            let mask = |part: f32| u64::from(part >= depth).wrapping_neg();
+            mask(upper) & PART_MASKS[0] | mask(lower) & PART_MASKS[1]
+        };
+        let near_samples = self.near_samples[tile];
+        let far_samples = self.coverage[tile] & !near_samples;
+        let hiding = far_samples & before(self.far[tile]) | near_samples & before(self.near[tile]);
+        samples & !hiding == 0
+    }
+
     /// Whether a sample is covered by something strictly nearer than `depth`.
     #[inline]
     pub fn is_nearer(&self, column: i32, row: i32, depth: f32) -> bool {

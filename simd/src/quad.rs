@@ -25,6 +25,10 @@ use crate::{SUBPIXELS, triangle};
 /// the range of depths. With a quarter castle takes 3 % more instructions and Sponza 5, and culling gains nothing.
 pub(crate) const BEND: f64 = 1.0;
 
+/// A quadrilateral is tiny if its corners reach over no more sub-pixels than this, and its samples over no more than two
+/// columns and two rows. It is then asked whether it covers a sample at all: on falcon three in ten of those set up did not.
+pub(crate) const TINY: i32 = 3 * SUBPIXELS;
+
 /// What can be done with a quadrilateral.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Quad {
@@ -66,18 +70,28 @@ impl Quad {
         let extent =
             |[a, b, c, d]: [i32; 4]| f64::from(a.max(b).max(c).max(d) - a.min(b).min(c).min(d));
         let extent = [extent(xs), extent(ys)];
+        // Clockwise.
+        let [b, d] = if first < 0 { [d, b] } else { [b, d] };
+        let edges = [
+            Edge::between(a, b),
+            Edge::between(b, c),
+            Edge::between(c, d),
+            Edge::between(d, a),
+        ];
+        let is_tiny = extent.iter().all(|&e| e <= f64::from(TINY))
+            && [x, y].iter().all(|[first, last]| last - first < 2);
+        let is_covered = |x: i32, y: i32| {
+            let inside = |e: &Edge| e.a * i64::from(x) + e.b * i64::from(y) + e.c >= 0;
+            edges.iter().all(inside)
+        };
+        if is_tiny && !x.iter().any(|&x| y.iter().any(|&y| is_covered(x, y))) {
+            return Quad::Nothing;
+        }
         let Some(plane) = plane_of(corners, extent, first, second) else {
             return Quad::Apart;
         };
-        // Clockwise.
-        let [b, d] = if first < 0 { [d, b] } else { [b, d] };
         Quad::Whole(SpanPolygon {
-            spans: Spans::between(&[
-                Edge::between(a, b),
-                Edge::between(b, c),
-                Edge::between(c, d),
-                Edge::between(d, a),
-            ]),
+            spans: Spans::between(&edges),
             x,
             y,
             depth: PartDepth::new(&plane, extent, x, y),

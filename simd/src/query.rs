@@ -18,14 +18,6 @@ pub struct Tiles<'a> {
     pub across: usize,
 }
 
-impl Tiles<'_> {
-    /// Whether a tile is covered as a whole and none of its parts is farther than `depth`.
-    #[inline(always)]
-    pub(crate) fn is_full_before(&self, tile: usize, depth: f32) -> bool {
-        self.coverage[tile] == u64::MAX && self.depths[tile].iter().all(|&part| part >= depth)
-    }
-}
-
 /// A question: is a rectangle of samples, within the picture, hidden?
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rectangle {

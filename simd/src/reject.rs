@@ -1,16 +1,20 @@
-//! Which quadrilaterals of a cluster need no set-up: those that face away, that have no sample between their extremes, or
-//! that lie behind what is drawn already.
+//! Which quadrilaterals of a cluster need no set-up: those that face away, that have no sample between their extremes or,
+//! if they are tiny, inside, or that lie behind what is drawn already.
 //!
 //! Extents are found in f32, where coordinates on the grid are exact: a sample between the extremes is not lost. Areas
-//! are products, and found in f64.
+//! are products, and found in f64; but those of a tiny quadrilateral's corners, counted from its first sample, are whole
+//! numbers below 2²², and so are its edge functions at its samples.
 
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
-use crate::assemble::{Drawing, MOST_VERTICES, Vertices};
+use crate::assemble::{Drawing, MOST_VERTICES, VertexSet, Vertices};
+use crate::closer::LayeredTiles;
+use crate::coverage::rectangle_mask;
 use crate::order::greater;
+use crate::quad::TINY;
 use crate::set_up::coordinates;
-use crate::spans::BLOCK;
+use crate::spans::{BLOCK, SpanPolygon};
 use crate::triangle::CullMode;
 use crate::{SUBPIXELS, TILE_SIZE};
 
@@ -47,56 +51,117 @@ pub(crate) fn reject<S: Simd>(
     }
     let mut left = Left::default();
     let mut candidates = (1_u64 << quads.len()) - 1;
-    if vertices.inside != u128::MAX {
-        for (i, quad) in quads.iter().enumerate() {
-            let all = |set: u128| quad.iter().all(|v| set >> v & 1 == 1);
-            if !all(vertices.inside) {
+    if vertices.inside != VertexSet::ALL {
+        for (i, &quad) in quads.iter().enumerate() {
+            if !vertices.inside.has_all(quad) {
                 candidates &= !(1 << i);
-                left.outside |= u64::from(!all(vertices.too_near)) << i;
+                left.outside |= u64::from(!vertices.too_near.has_all(quad)) << i;
             }
         }
     }
-    let mut tiles = SmallExtents::default();
-    let (mut drawn, mut convex, mut small) = (0, 0, 0);
+    let mut extents = Extents::default();
+    let (mut drawn, mut convex, mut small, mut empty) = (0, 0, 0, 0);
     for lane in (0..BLOCK).step_by(S::f32s::LEN) {
-        let of_lanes = reject_lanes(simd, &places, lane, drawing, &mut tiles);
+        let of_lanes = reject_lanes(simd, &places, lane, drawing, &mut extents);
         drawn |= of_lanes.drawn << lane;
         convex |= of_lanes.convex << lane;
         small |= of_lanes.small << lane;
+        empty |= of_lanes.empty << lane;
     }
     drawn &= candidates;
     left.apart = drawn & !convex;
-    let mut whole = drawn & convex;
+    let mut whole = drawn & convex & !empty;
     let mut to_ask = whole & small;
     while to_ask != 0 {
         let i = to_ask.trailing_zeros() as usize;
         to_ask &= to_ask - 1;
-        let first = tiles.first[i] as usize;
-        let right = first + tiles.to_right[i] as usize;
-        let down = tiles.down[i] as usize;
-        let shown = drawing.drawn;
-        // The rest is seldom asked for.
-        if shown.coverage[first] == u64::MAX && shown.coverage[right + down] == u64::MAX {
-            let [a, b, c, d] = quads[i].map(|v| vertices.depth[usize::from(v) % MOST_VERTICES]);
-            let nearest = greater(greater(a, b), greater(c, d)) as f32;
-            let hidden = [first, right, first + down, right + down]
-                .iter()
-                .all(|&tile| shown.is_full_before(tile, nearest));
-            whole &= !(u64::from(hidden) << i);
+        let drawn = drawing.drawn;
+        let [left, right] = extents
+            .columns
+            .each_ref()
+            .map(|c| COLUMNS[c[i] as usize % 64]);
+        let [upper, lower] = extents.rows.each_ref().map(|r| ROWS[r[i] as usize % 64]);
+        let first = extents.first[i] as usize;
+        // Most are not, and that is known before anything else.
+        if left & upper & !drawn.coverage[first] != 0 {
+            continue;
         }
+        let [a, b, c, d] = quads[i].map(|v| vertices.depth[usize::from(v) % MOST_VERTICES]);
+        let nearest = greater(greater(a, b), greater(c, d)) as f32;
+        let (to_right, down) = (extents.to_right[i] as usize, extents.down[i] as usize);
+        let hidden = drawn.hides(first, left & upper, nearest)
+            && (to_right + down == 0
+                || drawn.hides(first + to_right, right & upper, nearest)
+                    && drawn.hides(first + down, left & lower, nearest)
+                    && drawn.hides(first + to_right + down, right & lower, nearest));
+        whole &= !(u64::from(hidden) << i);
     }
     Asked { whole, left }
 }
 
+/// The plain form of what is asked about what is drawn: whether a polygon reaches over no more than two columns and two
+/// rows of tiles, and they show nothing farther than its nearest corner at any sample between its extremes.
+pub(crate) fn is_hidden(polygon: &SpanPolygon, drawn: LayeredTiles<'_>) -> bool {
+    let [columns, rows] = [polygon.x, polygon.y].map(|v| v.map(|v| v / TILE_SIZE));
+    let within = |samples: [i32; 2], tile: i32| {
+        let from = tile * TILE_SIZE;
+        [
+            (samples[0] - from).max(0),
+            (samples[1] - from).min(TILE_SIZE - 1),
+        ]
+    };
+    columns[1] - columns[0] < 2
+        && rows[1] - rows[0] < 2
+        && (rows[0]..=rows[1]).all(|row| {
+            (columns[0]..=columns[1]).all(|column| {
+                let mask = rectangle_mask(within(polygon.x, column), within(polygon.y, row));
+                let tile = row as usize * drawn.across + column as usize;
+                drawn.hides(tile, mask, polygon.depth.nearest)
+            })
+        })
+}
+
+/// The samples of a tile in its columns from `first` to `last`, at `8·first + last`; none at 8.
+const COLUMNS: [u64; 64] = {
+    let mut masks = [0; 64];
+    let mut i = 0;
+    while i < 64 {
+        let (first, last) = (i / 8, i % 8);
+        if first <= last {
+            masks[i] = (0xff >> (7 - last) & 0xff << first) * 0x0101_0101_0101_0101;
+        }
+        i += 1;
+    }
+    masks
+};
+
+/// Likewise in its rows.
+const ROWS: [u64; 64] = {
+    let mut masks = [0; 64];
+    let mut i = 0;
+    while i < 64 {
+        let (first, last) = (i / 8, i % 8);
+        if first <= last {
+            masks[i] = u64::MAX >> (8 * (7 - last)) & u64::MAX << (8 * first);
+        }
+        i += 1;
+    }
+    masks
+};
+
 /// Where polygons lie that reach over no more than two columns and two rows of tiles.
 #[derive(Default)]
-struct SmallExtents {
+struct Extents {
     /// The upper left tile.
     first: [i32; BLOCK],
     /// From there to the tile on the right.
     to_right: [i32; BLOCK],
     /// From there to the tile below.
     down: [i32; BLOCK],
+    /// Which samples of the left and of the right tiles: indices into [`COLUMNS`].
+    columns: [[i32; BLOCK]; 2],
+    /// Which samples of the upper and of the lower tiles: indices into [`ROWS`].
+    rows: [[i32; BLOCK]; 2],
 }
 
 /// What is known of the quadrilaterals in some lanes of a block: a bit for each.
@@ -105,8 +170,10 @@ struct Lanes {
     drawn: u64,
     /// No corner is turned inwards.
     convex: u64,
-    /// [`SmallExtents`] has it.
+    /// [`Extents`] has it.
     small: u64,
+    /// It is tiny and covers no sample.
+    empty: u64,
 }
 
 /// Looks at the quadrilaterals from `lane` of a block, as many as a vector of f32 holds.
@@ -116,7 +183,7 @@ fn reject_lanes<S: Simd>(
     places: &[[[f32; 2]; BLOCK]; 4],
     lane: usize,
     drawing: Drawing<'_>,
-    tiles: &mut SmallExtents,
+    extents: &mut Extents,
 ) -> Lanes {
     let [x0, y0] = coordinates::<S>(simd, &places[0], lane);
     let [x1, y1] = coordinates::<S>(simd, &places[1], lane);
@@ -136,23 +203,43 @@ fn reject_lanes<S: Simd>(
     let last_y = (largest_y * per_subpixel - 0.5).floor().min(bottom);
     let sampled = first_x.simd_le(last_x) & first_y.simd_le(last_y);
 
-    let per_sample = 1.0 / TILE_SIZE as f32;
+    let (per_sample, size) = (1.0 / TILE_SIZE as f32, TILE_SIZE as f32);
+    let two = S::f32s::splat(simd, 2.0);
     let first_column = (first_x * per_sample).floor();
     let first_row = (first_y * per_sample).floor();
     let to_right = (last_x * per_sample).floor() - first_column;
     let down = (last_y * per_sample).floor() - first_row;
-    let two = S::f32s::splat(simd, 2.0);
     let small = to_right.simd_lt(two) & down.simd_lt(two) & sampled;
+    let (left, top) = (first_column * size, first_row * size);
+    let columns = within_tiles::<S>(simd, first_x - left, last_x - left);
+    let rows = within_tiles::<S>(simd, first_y - top, last_y - top);
     // Numbers of tiles are exact in f32: there are less than 2²⁴.
     let across = drawing.drawn.across as f32;
     let range = lane..(lane + S::f32s::LEN).min(BLOCK);
-    let first = small.select(first_row * across + first_column, zero);
-    store_whole::<S>(first, &mut tiles.first[range.clone()]);
     store_whole::<S>(
-        small.select(to_right, zero),
-        &mut tiles.to_right[range.clone()],
+        first_row * across + first_column,
+        &mut extents.first[range.clone()],
     );
-    store_whole::<S>(small.select(down * across, zero), &mut tiles.down[range]);
+    store_whole::<S>(to_right, &mut extents.to_right[range.clone()]);
+    store_whole::<S>(down * across, &mut extents.down[range.clone()]);
+    for end in 0..2 {
+        store_whole::<S>(columns[end], &mut extents.columns[end][range.clone()]);
+        store_whole::<S>(rows[end], &mut extents.rows[end][range.clone()]);
+    }
+
+    let limit = S::f32s::splat(simd, TINY as f32);
+    let tiny = (largest_x - least_x).simd_le(limit)
+        & (largest_y - least_y).simd_le(limit)
+        & (last_x - first_x).simd_lt(two)
+        & (last_y - first_y).simd_lt(two)
+        & sampled;
+    let empty = if tiny.any_true() {
+        let (x, y) = ([x0, x1, x2, x3], [y0, y1, y2, y3]);
+        let covered = is_covered::<S>(simd, x, y, [first_x, first_y], [last_x, last_y]);
+        (tiny & !covered).to_bitmask()
+    } else {
+        0
+    };
 
     // From the first corner to the others.
     let (ax, ay) = ((x1 - x0).widen(), (y1 - y0).widen());
@@ -165,7 +252,72 @@ fn reject_lanes<S: Simd>(
         drawn: sampled.to_bitmask() & (low[0] | high[0] << S::f64s::LEN),
         convex: low[1] | high[1] << S::f64s::LEN,
         small: small.to_bitmask(),
+        empty,
     }
+}
+
+/// Whether convex quadrilaterals cover one of the samples in the first or the last column, and the first or the last row.
+#[inline(always)]
+fn is_covered<S: Simd>(
+    simd: S,
+    [x0, x1, x2, x3]: [S::f32s; 4],
+    [y0, y1, y2, y3]: [S::f32s; 4],
+    [first_x, first_y]: [S::f32s; 2],
+    [last_x, last_y]: [S::f32s; 2],
+) -> S::mask32s {
+    let zero = S::f32s::splat(simd, 0.0);
+    let per_sample = SUBPIXELS as f32;
+    let (x, y) = (first_x + 0.5, first_y + 0.5);
+    let (x, y) = (x * per_sample, y * per_sample);
+    // Clockwise.
+    let turn = ((x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)).simd_lt(zero);
+    let a = [x0 - x, y0 - y];
+    let b = [turn.select(x3, x1) - x, turn.select(y3, y1) - y];
+    let c = [x2 - x, y2 - y];
+    let d = [turn.select(x1, x3) - x, turn.select(y1, y3) - y];
+    let step = [
+        (last_x - first_x) * per_sample,
+        (last_y - first_y) * per_sample,
+    ];
+    let ab = edge_at_samples::<S>(simd, a, b, step);
+    let bc = edge_at_samples::<S>(simd, b, c, step);
+    let cd = edge_at_samples::<S>(simd, c, d, step);
+    let da = edge_at_samples::<S>(simd, d, a, step);
+    // The least edge function at each sample, and the largest of these.
+    let mut most = S::f32s::splat(simd, -1.0);
+    for at in 0..4 {
+        most = most.max(ab[at].min(bc[at]).min(cd[at].min(da[at])));
+    }
+    most.simd_ge(zero)
+}
+
+/// The functions of the edges from `a` to `b`, with corners counted from a first sample: there, on the right, below, and on
+/// the right below. See [`Edge::between`](crate::triangle::Edge::between).
+#[inline(always)]
+fn edge_at_samples<S: Simd>(
+    simd: S,
+    a: [S::f32s; 2],
+    b: [S::f32s; 2],
+    step: [S::f32s; 2],
+) -> [S::f32s; 4] {
+    let (ea, eb) = (a[1] - b[1], b[0] - a[0]);
+    let at_first = a[0] * b[1] - b[0] * a[1];
+    // Left edges and top ones: the first factor decides unless it is zero.
+    let keeps_border = (ea * (2 * TINY) as f32 + eb).simd_ge(S::f32s::splat(simd, 0.0));
+    let at_first = keeps_border.select(at_first, at_first - 1.0);
+    let at_right = at_first + ea * step[0];
+    let below = eb * step[1];
+    [at_first, at_right, at_first + below, at_right + below]
+}
+
+/// The indices into [`COLUMNS`] or [`ROWS`] of samples that are counted from the corner of the first of two tiles.
+#[inline(always)]
+fn within_tiles<S: Simd>(simd: S, first: S::f32s, last: S::f32s) -> [S::f32s; 2] {
+    let size = S::f32s::splat(simd, TILE_SIZE as f32);
+    [
+        first * size + last.min(size - 1.0),
+        last.simd_ge(size).select(last - size, size),
+    ]
 }
 
 #[inline(always)]

@@ -129,6 +129,7 @@ impl Assembly {
                 x: geometry.x,
                 y: geometry.y,
                 z: geometry.z,
+                vertices: geometry.vertex_count,
                 quads: geometry.quads,
             },
             &placed.screen,

@@ -10,7 +10,6 @@ use antumbra_simd::triangle::Triangle;
 use antumbra_simd::{Level, PART_HEIGHT};
 use glam::{DAffine3, DVec3};
 
-use super::outline::layered;
 use super::projected_box::rectangle;
 use super::{
     Accuracy, Footprint, OcclusionMap, ProjectedBox, SampleRect, Screen, is_behind, is_covered,
@@ -226,7 +225,7 @@ impl OcclusionBuffer {
                     self.tiles.level(),
                     self.screen.rays(),
                     projected.slabs(),
-                    layered(&self.tiles),
+                    self.tiles.layered(),
                     rectangle(&rect),
                 ) && self.hides_outline(projected, &rect, false)
         } else {
@@ -273,7 +272,7 @@ impl OcclusionBuffer {
         rect: SampleRect,
         corners: impl FnOnce() -> CornerBox,
     ) -> bool {
-        let (tiles, rectangle) = (layered(&self.tiles), rectangle(&rect));
+        let (tiles, rectangle) = (self.tiles.layered(), rectangle(&rect));
         !is_seen(
             self.tiles.level(),
             self.screen.rays(),

@@ -1,6 +1,6 @@
 //! The question of a box: is it hidden at each sample inside its outline? See [`antumbra_simd::closer`].
 
-use antumbra_simd::closer::{self, LayeredTiles};
+use antumbra_simd::closer;
 use antumbra_simd::faces::Faces;
 use antumbra_simd::outline::Outline;
 
@@ -16,21 +16,10 @@ pub fn is_outline_hidden(
     accuracy: Accuracy,
     is_covered: bool,
 ) -> bool {
-    let layered = layered(tiles);
+    let layered = tiles.layered();
     let ignored = accuracy.ignored_per_cell();
     if ignored == 0 {
         return closer::is_outline_hidden(tiles.level(), layered, outline, faces);
     }
     closer::is_outline_hidden_plain(layered, outline, faces, ignored, is_covered)
-}
-
-/// What closer questions read.
-pub(super) fn layered(tiles: &TileBuffer) -> LayeredTiles<'_> {
-    LayeredTiles {
-        coverage: tiles.coverage(),
-        far: tiles.depths(),
-        near_samples: tiles.near_samples(),
-        near: tiles.near_depths(),
-        across: tiles.size().tiles_across(),
-    }
 }

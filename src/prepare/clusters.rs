@@ -77,6 +77,8 @@ pub struct ClusterGeometry<'a> {
     pub y: &'a [f32],
     /// Likewise z.
     pub z: &'a [f32],
+    /// How many vertices there are, padding not counted.
+    pub vertex_count: usize,
     /// Four indices `a b c d` into these vertices each, never of the padding: the triangles `a b c` and `a c d`, or one
     /// where `c` and `d` are the same; counter-clockwise is the front.
     pub quads: &'a [[u8; 4]],
@@ -166,6 +168,7 @@ impl ClusteredMesh {
             x: &self.x[vertices.clone()],
             y: &self.y[vertices.clone()],
             z: &self.z[vertices],
+            vertex_count: usize::from(cluster.vertex_count),
             quads: &self.quads[cluster.first_quad..end],
         }
     }

@@ -37,7 +37,7 @@ impl ClusterAssembler {
             cull,
             width,
             height,
-            drawn: drawn.tiles(),
+            drawn: drawn.layered(),
         };
         self.to_clip.clear();
         assemble(

@@ -6,6 +6,7 @@ use crate::tasks::{Tasks, Work};
 use crate::view::PictureSize;
 use antumbra_simd::Level;
 use antumbra_simd::PARTS_PER_TILE;
+use antumbra_simd::closer::LayeredTiles;
 use antumbra_simd::coverage::{PART_MASKS, rectangle_mask};
 use antumbra_simd::fill::{TileRows, fill};
 use antumbra_simd::query::{Rectangle, Tiles, is_behind_all};
@@ -139,6 +140,17 @@ impl TileBuffer {
     /// Whether a rectangle of samples is hidden.
     pub(crate) fn hides(&self, rectangle: Rectangle) -> bool {
         is_behind_all(self.level, self.tiles(), rectangle)
+    }
+
+    /// What closer questions read.
+    pub(crate) fn layered(&self) -> LayeredTiles<'_> {
+        LayeredTiles {
+            coverage: &self.coverage,
+            far: &self.depths,
+            near_samples: &self.near_samples,
+            near: &self.near,
+            across: self.size.tiles_across(),
+        }
     }
 
     /// What questions read.

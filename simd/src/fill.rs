@@ -14,10 +14,13 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f32x8, f64x4, f64x8, i16x8};
 
-use crate::merge::{Merger, RowDepth, STRIPS, Strip, TILES_PER_STRIP, Waiting};
+use crate::merge::{
+    Merger, Parts, RowDepth, STRIPS, Strip, TILES_PER_STRIP, Waiting, merge_strips,
+};
 use crate::order::{greater, lesser};
 use crate::small::SmallStrips;
 use crate::spans::{EDGES, SpanBlock, SpanPolygon};
+use crate::strip_masks::StripMasks;
 use crate::tile::{TileMut, merge};
 use crate::{Level, PART_HEIGHT, PARTS_PER_TILE, TILE_SIZE};
 
@@ -90,7 +93,7 @@ fn fill_vector<S: Simd>(simd: S, blocks: &[SpanBlock], rows: &mut TileRows<'_>) 
     for block in blocks {
         filler.find(block);
     }
-    filler.merger.merge_strips(&mut filler.waiting);
+    filler.merge_waiting();
 }
 
 /// Strips of so many small polygons of a block are worth finding together.
@@ -99,9 +102,13 @@ const FEWEST_SMALL: u32 = 2;
 /// Finds polygons' strips in rows of tiles.
 struct Filler<'a, S: Simd> {
     simd: S,
-    merger: Merger<'a, S>,
+    parts: Parts<'a>,
+    merger: Merger<S>,
+    masks: StripMasks<S>,
     waiting: Waiting,
     small: SmallStrips,
+    /// Tiles in a row.
+    across: u32,
     first_row: i32,
     last_row: i32,
     /// Samples in the picture's last row of tiles.
@@ -118,7 +125,10 @@ impl<'a, S: Simd> Filler<'a, S> {
             first_row: rows.first_row,
             last_row,
             samples_of_last: rows.height - last_row * TILE_SIZE,
-            merger: Merger::new(simd, rows),
+            across: rows.across as u32,
+            merger: Merger::new(simd, (rows.across - S::f64s::LEN) as u32),
+            masks: StripMasks::new(simd),
+            parts: Parts::new(rows),
             waiting: Waiting {
                 strips: [Strip::EMPTY; STRIPS],
                 count: 0,
@@ -160,23 +170,22 @@ impl<'a, S: Simd> Filler<'a, S> {
     /// Merges the strips of a small polygon that are known, and finds the others.
     #[inline(always)]
     fn find_small(&mut self, block: &SpanBlock, i: usize) {
-        let [first_tile, last] = self.small.tiles.each_ref().map(|end| end[i] as usize);
+        let [first_tile, last] = self.small.tiles.each_ref().map(|end| end[i] as u32);
         let [first_row, last_row] = self.small.rows.each_ref().map(|end| end[i]);
         let from = first_row.max(self.first_row);
         let until = last_row.min(self.last_row);
         for tile_y in from..=until {
             let k = (tile_y - first_row) as usize;
             let is_cut = tile_y == self.last_row && self.samples_of_last < TILE_SIZE;
-            if k >= self.small.found || is_cut || first_tile + S::f64s::LEN > self.merger.across {
+            if k >= self.small.found || is_cut || first_tile > self.merger.last_from {
                 self.find_strips(&Current::new(block, i), tile_y);
                 continue;
             }
             // What waits comes before it.
             if self.waiting.count > 0 {
-                self.merger.merge_strips(&mut self.waiting);
+                self.merge_waiting();
             }
-            let row = (tile_y - self.first_row) as usize * self.merger.across;
-            self.merger.merge_strip(&Strip {
+            let strip = Strip {
                 depth: RowDepth {
                     halves: self.small.halves[k].each_ref().map(|half| half[i]),
                     per_tile: block.per_tile[i],
@@ -186,11 +195,24 @@ impl<'a, S: Simd> Filler<'a, S> {
                 },
                 first: self.small.first[k][i],
                 end: self.small.end[k][i],
+                row: self.row_of(tile_y),
                 from: first_tile,
-                row,
-                tiles: [first_tile, last],
-            });
+                last,
+            };
+            self.merger.merge_strip(&mut self.parts.borrow(), &strip);
         }
+    }
+
+    /// Where a row of tiles begins.
+    #[inline(always)]
+    fn row_of(&self, tile_y: i32) -> u32 {
+        (tile_y - self.first_row) as u32 * self.across
+    }
+
+    #[inline(always)]
+    fn merge_waiting(&mut self) {
+        let parts = self.parts.borrow();
+        merge_strips(self.simd, parts, self.merger.last_from, &mut self.waiting);
     }
 
     /// What is beyond the picture's end is not covered. Merges if there is no room for another strip.
@@ -203,22 +225,22 @@ impl<'a, S: Simd> Filler<'a, S> {
         }
         self.waiting.count += 1;
         if self.waiting.count == STRIPS {
-            self.merger.merge_strips(&mut self.waiting);
+            self.merge_waiting();
         }
     }
 
     /// Finds a polygon's strip in a row of tiles; none where it is hidden, or holds nothing.
     #[inline(always)]
     fn find_strips(&mut self, p: &Current<'_>, tile_y: i32) {
-        let tiles = S::f64s::LEN;
+        let tiles = S::f64s::LEN as u32;
         let y = tile_y * TILE_SIZE;
         let [mut tile, mut last] = p.columns;
         if last - tile >= tiles {
             [tile, last] = self.columns_of_strip(p, y);
         }
-        let row = (tile_y - self.first_row) as usize * self.merger.across;
+        let row = self.row_of(tile_y);
         // Long runs of tiles are behind what they show already: that is known before anything else of the strip is.
-        while tile <= last && self.merger.is_hidden(p.nearest, row, tile) {
+        while tile <= last && self.merger.is_hidden(&self.parts, p.nearest, row, tile) {
             tile += tiles;
         }
         if tile > last {
@@ -228,9 +250,9 @@ impl<'a, S: Simd> Filler<'a, S> {
         let halves = [p.depth_of_half(y), p.depth_of_half(y + PART_HEIGHT)];
         loop {
             let until = last.min(tile + TILES_PER_STRIP - 1);
-            let from = tile.min(self.merger.across - tiles);
+            let from = tile.min(self.merger.last_from);
             let ends: [u64; 2] =
-                bytemuck::cast(self.merger.masks.ends_from(first, end, from).to_array());
+                bytemuck::cast(self.masks.ends_from(first, end, [from, tile]).to_array());
             self.waiting.strips[self.waiting.count] = Strip {
                 depth: RowDepth {
                     halves,
@@ -241,9 +263,9 @@ impl<'a, S: Simd> Filler<'a, S> {
                 },
                 first: ends[0],
                 end: ends[1],
-                from,
                 row,
-                tiles: [tile, until],
+                from,
+                last: until,
             };
             self.push(tile_y);
             if until == last {
@@ -284,7 +306,7 @@ impl<'a, S: Simd> Filler<'a, S> {
 
     /// First and last tile of a strip that may hold a covered sample.
     #[inline(always)]
-    fn columns_of_strip(&self, p: &Current<'_>, y: i32) -> [usize; 2] {
+    fn columns_of_strip(&self, p: &Current<'_>, y: i32) -> [u32; 2] {
         let simd = self.simd;
         let slope = f64x4::load_array(simd, p.slope);
         let at_zero = f64x4::load_array(simd, p.at_zero);
@@ -309,15 +331,15 @@ impl<'a, S: Simd> Filler<'a, S> {
 
 /// The tile of a column or row: of a number from 0 to 2¹⁵, rounded down.
 #[inline(always)]
-fn to_tile(v: f64) -> usize {
+fn to_tile(v: f64) -> u32 {
     to_index((v * (1.0 / f64::from(TILE_SIZE))).floor())
 }
 
-/// A small whole number as an index: beside 2⁵² its bits are the last ones. (`as` takes ten instructions to be right for
+/// A small whole number as an integer: beside 2⁵² its bits are the last ones. (`as` takes ten instructions to be right for
 /// all numbers.)
 #[inline(always)]
-fn to_index(v: f64) -> usize {
-    ((v + (1_u64 << 52) as f64).to_bits() & 0xffff) as usize
+fn to_index(v: f64) -> u32 {
+    ((v + (1_u64 << 52) as f64).to_bits() & 0xffff) as u32
 }
 
 /// The polygon whose strips are being found.
@@ -330,7 +352,7 @@ struct Current<'b> {
     x: [f64; 2],
     y: [i32; 2],
     /// First and last column of tiles.
-    columns: [usize; 2],
+    columns: [u32; 2],
     per_tile: f32,
     farthest: f32,
     nearest: f32,
@@ -340,8 +362,8 @@ impl<'b> Current<'b> {
     #[inline(always)]
     fn new(block: &'b SpanBlock, i: usize) -> Current<'b> {
         Current {
-            slope: block.slope.map(|edge| edge[i]),
-            at_zero: block.at_zero.map(|edge| edge[i]),
+            slope: block.slope.each_ref().map(|edge| edge[i]),
+            at_zero: block.at_zero.each_ref().map(|edge| edge[i]),
             lower: block.lower_edges(i),
             x: [block.x[0][i], block.x[1][i]],
             y: [

@@ -13,7 +13,7 @@ use crate::tile::UNCOVERED;
 pub(crate) const STRIPS: usize = 32;
 
 /// A strip has so many tiles at most, a multiple of what any vector holds: its columns fit a byte.
-pub(crate) const TILES_PER_STRIP: usize = 24;
+pub(crate) const TILES_PER_STRIP: u32 = 24;
 
 /// The depths of a polygon in a row of tiles: see [`crate::part_depth`].
 #[derive(Clone, Copy)]
@@ -25,7 +25,7 @@ pub(crate) struct RowDepth {
     pub(crate) farthest: f32,
     pub(crate) nearest: f32,
     /// The polygon's first column of tiles.
-    pub(crate) first_tile: usize,
+    pub(crate) first_tile: u32,
 }
 
 /// Eight rows of samples of a polygon, ready to be merged.
@@ -36,11 +36,12 @@ pub(crate) struct Strip {
     pub(crate) first: u64,
     /// The first column after it that is not covered.
     pub(crate) end: u64,
-    pub(crate) from: usize,
     /// Where the row of tiles begins.
-    pub(crate) row: usize,
-    /// First and last tile.
-    pub(crate) tiles: [usize; 2],
+    pub(crate) row: u32,
+    /// The first tile, with a vector's tiles from it on in the row.
+    pub(crate) from: u32,
+    /// The last tile.
+    pub(crate) last: u32,
 }
 
 impl Strip {
@@ -54,9 +55,9 @@ impl Strip {
         },
         first: 0,
         end: 0,
-        from: 0,
         row: 0,
-        tiles: [0; 2],
+        from: 0,
+        last: 0,
     };
 }
 
@@ -66,32 +67,58 @@ pub(crate) struct Waiting {
     pub(crate) count: usize,
 }
 
-/// Rows of tiles, and what stays the same from strip to strip. A vector holds the parts of `S::f64s::LEN` tiles.
-pub(crate) struct Merger<'a, S: Simd> {
-    simd: S,
+/// The parts of rows of tiles: see [`TileRows`]. All are as many, which the compiler can see: one comparison is enough
+/// to know that a range of parts lies within each.
+pub(crate) struct Parts<'a> {
     coverage: &'a mut [u32],
     far: &'a mut [f32],
     near_samples: &'a mut [u32],
     near: &'a mut [f32],
-    /// Tiles in a row.
-    pub(crate) across: usize,
-    pub(crate) masks: StripMasks<S>,
+}
+
+impl<'a> Parts<'a> {
+    #[inline(always)]
+    pub(crate) fn new(rows: &'a mut TileRows<'_>) -> Parts<'a> {
+        Parts {
+            coverage: bytemuck::cast_slice_mut(rows.coverage),
+            far: rows.far.as_flattened_mut(),
+            near_samples: bytemuck::cast_slice_mut(rows.near_samples),
+            near: rows.near.as_flattened_mut(),
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn borrow(&mut self) -> Parts<'_> {
+        let count = self.coverage.len();
+        Parts {
+            coverage: &mut *self.coverage,
+            far: &mut self.far[..count],
+            near_samples: &mut self.near_samples[..count],
+            near: &mut self.near[..count],
+        }
+    }
+}
+
+/// What stays the same from strip to strip. A vector holds the parts of `S::f64s::LEN` tiles.
+pub(crate) struct Merger<S: Simd> {
+    simd: S,
+    /// The last tile of a row from which on there is a vector's.
+    pub(crate) last_from: u32,
+    masks: StripMasks<S>,
     /// The tiles of the parts, counted from the first.
     part_tile: S::f32s,
     /// Whether a lane belongs to a lower part.
     is_lower: S::mask32s,
 }
 
-impl<'a, S: Simd> Merger<'a, S> {
+impl<S: Simd> Merger<S> {
+    const TILES: u32 = S::f64s::LEN as u32;
+
     #[inline(always)]
-    pub(crate) fn new(simd: S, rows: &'a mut TileRows<'_>) -> Self {
+    pub(crate) fn new(simd: S, last_from: u32) -> Self {
         Merger {
             simd,
-            coverage: bytemuck::cast_slice_mut(rows.coverage),
-            far: rows.far.as_flattened_mut(),
-            near_samples: bytemuck::cast_slice_mut(rows.near_samples),
-            near: rows.near.as_flattened_mut(),
-            across: rows.across,
+            last_from,
             masks: StripMasks::new(simd),
             part_tile: S::f32s::from_fn(simd, |i| (i / PARTS_PER_TILE) as f32),
             is_lower: S::f32s::from_fn(simd, |i| (i % PARTS_PER_TILE) as f32)
@@ -99,82 +126,65 @@ impl<'a, S: Simd> Merger<'a, S> {
         }
     }
 
-    /// A function of its own, since it is called from two places.
-    #[inline(always)]
-    pub(crate) fn merge_strips(&mut self, waiting: &mut Waiting) {
-        let simd = self.simd;
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                for strip in &waiting.strips[..waiting.count] {
-                    self.merge_strip(strip);
-                }
-                waiting.count = 0;
-            },
-        );
-    }
-
     /// Merges a strip.
     #[inline(always)]
-    pub(crate) fn merge_strip(&mut self, strip: &Strip) {
+    pub(crate) fn merge_strip(&self, parts: &mut Parts<'_>, strip: &Strip) {
         let simd = self.simd;
-        let tiles = S::f64s::LEN;
-        let RowDepth {
-            halves,
-            per_tile,
-            farthest,
-            nearest,
-            first_tile,
-        } = strip.depth;
-        let [mut tile, last] = strip.tiles;
+        let depth = strip.depth;
+        let halves = self.is_lower.select(
+            S::f32s::splat(simd, depth.halves[1]),
+            S::f32s::splat(simd, depth.halves[0]),
+        );
+        let farthest = S::f32s::splat(simd, depth.farthest);
+        let nearest = S::f32s::splat(simd, depth.nearest);
         let mut first = self.masks.ends(strip.first);
         let end = self.masks.ends(strip.end);
-        let halves = self.is_lower.select(
-            S::f32s::splat(simd, halves[1]),
-            S::f32s::splat(simd, halves[0]),
-        );
+        let mut start = strip.from;
+        let mut columns = self.masks.columns_from(0);
+        let mut number = self.part_tile + (start as i32 - depth.first_tile as i32) as f32;
         loop {
-            let start = tile.min(self.across - tiles);
-            if start < tile {
-                // At the end of the row, some tiles of the vector have had theirs.
-                first = self.masks.not_before(first, tile - strip.from);
-            }
-            let mask = self.masks.between(first, end, start - strip.from);
-            let number = start as i32 - first_tile as i32;
-            let depth = halves + (self.part_tile + number as f32) * per_tile;
-            let depth = depth
-                .max(S::f32s::splat(simd, farthest))
-                .min(S::f32s::splat(simd, nearest));
-            self.merge(mask, depth, strip.row + start);
-            tile += tiles;
-            if tile > last {
+            let mask = self.masks.between(first, end, columns);
+            let depth = (halves + number * depth.per_tile)
+                .max(farthest)
+                .min(nearest);
+            self.merge(parts, mask, depth, (strip.row + start) as usize);
+            let mut step = Self::TILES;
+            if start + step > strip.last {
                 return;
             }
+            if start + step > self.last_from {
+                // At the end of the row, some tiles of the vector have had theirs.
+                first = self.masks.not_before(first, start + step - strip.from);
+                step = self.last_from - start;
+            }
+            start += step;
+            columns = self.masks.columns_from(start - strip.from);
+            number = number + step as f32;
         }
     }
 
     /// Whether a vector's tiles are covered and nowhere farther than the polygon's nearest corner.
     #[inline(always)]
-    pub(crate) fn is_hidden(&self, nearest: f32, row: usize, tile: usize) -> bool {
-        let at = (row + tile.min(self.across - S::f64s::LEN)) * PARTS_PER_TILE;
+    pub(crate) fn is_hidden(&self, parts: &Parts<'_>, nearest: f32, row: u32, tile: u32) -> bool {
+        let at = (row + tile.min(self.last_from)) as usize * PARTS_PER_TILE;
         let range = at..at + S::u32s::LEN;
-        let coverage = S::u32s::from_slice(self.simd, &self.coverage[range.clone()]);
-        let far = S::f32s::from_slice(self.simd, &self.far[range]);
+        let coverage = S::u32s::from_slice(self.simd, &parts.coverage[range.clone()]);
+        let far = S::f32s::from_slice(self.simd, &parts.far[range]);
         let full = coverage.simd_eq(S::u32s::splat(self.simd, u32::MAX));
         (full & far.simd_ge(S::f32s::splat(self.simd, nearest))).all_true()
     }
 
     /// Merges the samples `mask`, in parts at these depths, into the tiles from `tile`.
     #[inline(always)]
-    fn merge(&mut self, mask: S::u32s, depth: S::f32s, tile: usize) {
+    fn merge(&self, parts: &mut Parts<'_>, mask: S::u32s, depth: S::f32s, tile: usize) {
         let simd = self.simd;
         let at = tile * PARTS_PER_TILE;
         let range = at..at + S::u32s::LEN;
-        let coverage = S::u32s::from_slice(simd, &self.coverage[range.clone()]);
-        let near_samples = S::u32s::from_slice(simd, &self.near_samples[range.clone()]);
-        let far = S::f32s::from_slice(simd, &self.far[range.clone()]);
-        let near = S::f32s::from_slice(simd, &self.near[range.clone()]);
         let none = S::u32s::splat(simd, 0);
+        let coverage = S::u32s::from_slice(simd, &parts.coverage[range.clone()]);
+        let far = S::f32s::from_slice(simd, &parts.far[range.clone()]);
+        let near_samples = S::u32s::from_slice(simd, &parts.near_samples[range.clone()]);
+        let near = S::f32s::from_slice(simd, &parts.near[range.clone()]);
         let far_samples = coverage & !near_samples;
         // Samples that a layer shows nearer, or as near.
         let hidden = far.simd_ge(depth).select(far_samples, none)
@@ -185,12 +195,12 @@ impl<'a, S: Simd> Merger<'a, S> {
         }
         let far_samples = far_samples & !new;
         let near_samples = near_samples & !new;
-        (coverage | mask).store_slice(&mut self.coverage[range.clone()]);
+        (coverage | mask).store_slice(&mut parts.coverage[range.clone()]);
         if (far_samples | near_samples).simd_eq(none).all_true() {
             // Nothing but this polygon is left, or nothing at all.
-            none.store_slice(&mut self.near_samples[range.clone()]);
+            none.store_slice(&mut parts.near_samples[range.clone()]);
             let depth = new.simd_eq(none).select(far, depth);
-            depth.store_slice(&mut self.far[range]);
+            depth.store_slice(&mut parts.far[range]);
             return;
         }
         let [far, near] = Layer::<S>::two_of_three([
@@ -199,10 +209,31 @@ impl<'a, S: Simd> Merger<'a, S> {
             Layer::new(new, depth),
         ]);
         near.samples
-            .store_slice(&mut self.near_samples[range.clone()]);
-        far.depth.store_slice(&mut self.far[range.clone()]);
-        near.depth.store_slice(&mut self.near[range]);
+            .store_slice(&mut parts.near_samples[range.clone()]);
+        far.depth.store_slice(&mut parts.far[range.clone()]);
+        near.depth.store_slice(&mut parts.near[range]);
     }
+}
+
+/// Merges the strips that wait. A function of its own, since it is called from two places.
+#[inline(always)]
+pub(crate) fn merge_strips<S: Simd>(
+    simd: S,
+    mut parts: Parts<'_>,
+    last_from: u32,
+    waiting: &mut Waiting,
+) {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            let mut parts = parts.borrow();
+            let merger = Merger::new(simd, last_from);
+            for strip in &waiting.strips[..waiting.count] {
+                merger.merge_strip(&mut parts, strip);
+            }
+            waiting.count = 0;
+        },
+    );
 }
 
 /// A layer of several parts: see [`crate::tile`]. Minus infinity is the depth where there is no sample.

@@ -1,11 +1,11 @@
 //! Merges strips of a polygon into tiles, as many parts at once as a vector holds: [`crate::tile`]'s rule by selection.
 
-use fearless_simd::Simd;
 use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x4};
 
 use crate::PARTS_PER_TILE;
 use crate::fill::TileRows;
-use crate::strip_masks::StripMasks;
+use crate::strip_masks::{StripMasks, column_of};
 use crate::tile::UNCOVERED;
 
 /// Strips that are found before they are merged. What a strip is takes a long chain of operations, and so does merging:
@@ -18,8 +18,8 @@ pub(crate) const TILES_PER_STRIP: u32 = 24;
 /// The depths of a polygon in a row of tiles: see [`crate::part_depth`].
 #[derive(Clone, Copy)]
 pub(crate) struct RowDepth {
-    /// Over the halves of the polygon's first tile.
-    pub(crate) halves: [f32; PARTS_PER_TILE],
+    /// Over the halves of the polygon's first tile, twice.
+    pub(crate) halves: [f32; 2 * PARTS_PER_TILE],
     /// What one column of tiles adds.
     pub(crate) per_tile: f32,
     pub(crate) farthest: f32,
@@ -47,7 +47,7 @@ pub(crate) struct Strip {
 impl Strip {
     pub(crate) const EMPTY: Strip = Strip {
         depth: RowDepth {
-            halves: [0.0; PARTS_PER_TILE],
+            halves: [0.0; 2 * PARTS_PER_TILE],
             per_tile: 0.0,
             farthest: 0.0,
             nearest: 0.0,
@@ -67,8 +67,8 @@ pub(crate) struct Waiting {
     pub(crate) count: usize,
 }
 
-/// The parts of rows of tiles: see [`TileRows`]. All are as many, which the compiler can see: one comparison is enough
-/// to know that a range of parts lies within each.
+/// The parts of [`TileRows`]. The slices have the same length, and the compiler can see it: one comparison is enough to know
+/// that a range lies within each of them.
 pub(crate) struct Parts<'a> {
     coverage: &'a mut [u32],
     far: &'a mut [f32],
@@ -85,16 +85,27 @@ impl<'a> Parts<'a> {
             near_samples: bytemuck::cast_slice_mut(rows.near_samples),
             near: rows.near.as_flattened_mut(),
         }
+        .of_same_length()
+    }
+
+    #[inline(always)]
+    fn of_same_length(self) -> Parts<'a> {
+        let count = self.coverage.len();
+        Parts {
+            coverage: self.coverage,
+            far: &mut self.far[..count],
+            near_samples: &mut self.near_samples[..count],
+            near: &mut self.near[..count],
+        }
     }
 
     #[inline(always)]
     pub(crate) fn borrow(&mut self) -> Parts<'_> {
-        let count = self.coverage.len();
         Parts {
             coverage: &mut *self.coverage,
-            far: &mut self.far[..count],
-            near_samples: &mut self.near_samples[..count],
-            near: &mut self.near[..count],
+            far: &mut *self.far,
+            near_samples: &mut *self.near_samples,
+            near: &mut *self.near,
         }
     }
 }
@@ -107,8 +118,6 @@ pub(crate) struct Merger<S: Simd> {
     masks: StripMasks<S>,
     /// The tiles of the parts, counted from the first.
     part_tile: S::f32s,
-    /// Whether a lane belongs to a lower part.
-    is_lower: S::mask32s,
 }
 
 impl<S: Simd> Merger<S> {
@@ -121,67 +130,126 @@ impl<S: Simd> Merger<S> {
             last_from,
             masks: StripMasks::new(simd),
             part_tile: S::f32s::from_fn(simd, |i| (i / PARTS_PER_TILE) as f32),
-            is_lower: S::f32s::from_fn(simd, |i| (i % PARTS_PER_TILE) as f32)
-                .simd_gt(S::f32s::splat(simd, 0.0)),
         }
     }
 
     /// Merges a strip.
     #[inline(always)]
     pub(crate) fn merge_strip(&self, parts: &mut Parts<'_>, strip: &Strip) {
-        let simd = self.simd;
-        let depth = strip.depth;
-        let halves = self.is_lower.select(
-            S::f32s::splat(simd, depth.halves[1]),
-            S::f32s::splat(simd, depth.halves[0]),
-        );
-        let farthest = S::f32s::splat(simd, depth.farthest);
-        let nearest = S::f32s::splat(simd, depth.nearest);
+        let depths = Depths::new(self.simd, &strip.depth);
         let mut first = self.masks.ends(strip.first);
         let end = self.masks.ends(strip.end);
         let mut start = strip.from;
         let mut columns = self.masks.columns_from(0);
-        let mut number = self.part_tile + (start as i32 - depth.first_tile as i32) as f32;
+        let mut number = self.numbers(&strip.depth, start);
         loop {
             let mask = self.masks.between(first, end, columns);
-            let depth = (halves + number * depth.per_tile)
-                .max(farthest)
-                .min(nearest);
-            self.merge(parts, mask, depth, (strip.row + start) as usize);
-            let mut step = Self::TILES;
-            if start + step > strip.last {
+            self.merge(parts, mask, depths.of(number), strip.row + start);
+            if start + Self::TILES > strip.last {
                 return;
             }
-            if start + step > self.last_from {
+            if start + Self::TILES <= self.last_from {
+                start += Self::TILES;
+                columns += column_of(Self::TILES);
+                number += Self::TILES as f32;
+            } else {
                 // At the end of the row, some tiles of the vector have had theirs.
-                first = self.masks.not_before(first, start + step - strip.from);
-                step = self.last_from - start;
+                first = self
+                    .masks
+                    .not_before(first, start + Self::TILES - strip.from);
+                let step = self.last_from - start;
+                start += step;
+                columns += column_of(step);
+                number += step as f32;
             }
-            start += step;
-            columns = self.masks.columns_from(start - strip.from);
-            number = number + step as f32;
         }
     }
 
-    /// Whether a vector's tiles are covered and nowhere farther than the polygon's nearest corner.
+    /// The tiles of the parts of a vector, counted from the polygon's first.
     #[inline(always)]
-    pub(crate) fn is_hidden(&self, parts: &Parts<'_>, nearest: f32, row: u32, tile: u32) -> bool {
-        let at = (row + tile.min(self.last_from)) as usize * PARTS_PER_TILE;
-        let range = at..at + S::u32s::LEN;
-        let coverage = S::u32s::from_slice(self.simd, &parts.coverage[range.clone()]);
-        let far = S::f32s::from_slice(self.simd, &parts.far[range]);
-        let full = coverage.simd_eq(S::u32s::splat(self.simd, u32::MAX));
-        (full & far.simd_ge(S::f32s::splat(self.simd, nearest))).all_true()
+    fn numbers(&self, depth: &RowDepth, start: u32) -> S::f32s {
+        self.part_tile + (start as i32 - depth.first_tile as i32) as f32
+    }
+
+    /// Skips vectors of a strip's tiles that are covered and nowhere farther than the polygon's nearest corner. Returns the
+    /// first tile that is left, and whether its vector is covered.
+    #[inline(always)]
+    pub(crate) fn skip_behind_nearest(
+        &self,
+        parts: &Parts<'_>,
+        nearest: f32,
+        row: u32,
+        [mut tile, last]: [u32; 2],
+    ) -> (u32, bool) {
+        let nearest = S::f32s::splat(self.simd, nearest);
+        while tile <= last {
+            let at = row + tile.min(self.last_from);
+            if !self.is_covered(parts, at) {
+                return (tile, false);
+            }
+            if !self.is_behind(parts, nearest, at) {
+                return (tile, true);
+            }
+            tile += Self::TILES;
+        }
+        (tile, false)
+    }
+
+    /// Skips vectors of tiles that are covered and nowhere farther than the polygon is there. Returns the first tile that is
+    /// left.
+    #[inline(always)]
+    pub(crate) fn skip_behind(
+        &self,
+        parts: &Parts<'_>,
+        depth: &RowDepth,
+        row: u32,
+        [mut tile, last]: [u32; 2],
+    ) -> u32 {
+        let depths = Depths::new(self.simd, depth);
+        while tile <= last {
+            let start = tile.min(self.last_from);
+            let depth = depths.of(self.numbers(depth, start));
+            if !self.is_covered(parts, row + start) || !self.is_behind(parts, depth, row + start) {
+                break;
+            }
+            tile += Self::TILES;
+        }
+        tile
+    }
+
+    /// Whether the tiles from `tile` are all covered.
+    #[inline(always)]
+    fn is_covered(&self, parts: &Parts<'_>, tile: u32) -> bool {
+        let at = tile as usize * PARTS_PER_TILE;
+        let coverage = S::u32s::from_slice(self.simd, &parts.coverage[at..at + S::u32s::LEN]);
+        (!coverage).simd_eq(S::u32s::splat(self.simd, 0)).all_true()
+    }
+
+    /// Whether no part of the tiles from `tile` is farther than these depths.
+    #[inline(always)]
+    fn is_behind(&self, parts: &Parts<'_>, depth: S::f32s, tile: u32) -> bool {
+        let at = tile as usize * PARTS_PER_TILE;
+        S::f32s::from_slice(self.simd, &parts.far[at..at + S::u32s::LEN])
+            .simd_ge(depth)
+            .all_true()
     }
 
     /// Merges the samples `mask`, in parts at these depths, into the tiles from `tile`.
     #[inline(always)]
-    fn merge(&self, parts: &mut Parts<'_>, mask: S::u32s, depth: S::f32s, tile: usize) {
+    fn merge(&self, parts: &mut Parts<'_>, mask: S::u32s, depth: S::f32s, tile: u32) {
         let simd = self.simd;
-        let at = tile * PARTS_PER_TILE;
+        let at = tile as usize * PARTS_PER_TILE;
         let range = at..at + S::u32s::LEN;
         let none = S::u32s::splat(simd, 0);
         let coverage = S::u32s::from_slice(simd, &parts.coverage[range.clone()]);
+        if coverage.simd_eq(none).all_true() {
+            // Nothing but this polygon, or nothing at all.
+            mask.store_slice(&mut parts.coverage[range.clone()]);
+            let uncovered = S::f32s::splat(simd, UNCOVERED);
+            let depth = mask.simd_eq(none).select(uncovered, depth);
+            depth.store_slice(&mut parts.far[range]);
+            return;
+        }
         let far = S::f32s::from_slice(simd, &parts.far[range.clone()]);
         let near_samples = S::u32s::from_slice(simd, &parts.near_samples[range.clone()]);
         let near = S::f32s::from_slice(simd, &parts.near[range.clone()]);
@@ -226,7 +294,7 @@ pub(crate) fn merge_strips<S: Simd>(
     simd.vectorize(
         #[inline(always)]
         || {
-            let mut parts = parts.borrow();
+            let mut parts = parts.borrow().of_same_length();
             let merger = Merger::new(simd, last_from);
             for strip in &waiting.strips[..waiting.count] {
                 merger.merge_strip(&mut parts, strip);
@@ -234,6 +302,34 @@ pub(crate) fn merge_strips<S: Simd>(
             waiting.count = 0;
         },
     );
+}
+
+/// [`RowDepth`] in vectors.
+struct Depths<S: Simd> {
+    halves: S::f32s,
+    per_tile: f32,
+    farthest: S::f32s,
+    nearest: S::f32s,
+}
+
+impl<S: Simd> Depths<S> {
+    #[inline(always)]
+    fn new(simd: S, depth: &RowDepth) -> Self {
+        Depths {
+            halves: S::f32s::block_splat(f32x4::load_array(simd, depth.halves)),
+            per_tile: depth.per_tile,
+            farthest: S::f32s::splat(simd, depth.farthest),
+            nearest: S::f32s::splat(simd, depth.nearest),
+        }
+    }
+
+    /// The depths over parts of these tiles, counted from the polygon's first.
+    #[inline(always)]
+    fn of(&self, number: S::f32s) -> S::f32s {
+        (self.halves + number * self.per_tile)
+            .max(self.farthest)
+            .min(self.nearest)
+    }
 }
 
 /// A layer of several parts: see [`crate::tile`]. Minus infinity is the depth where there is no sample.

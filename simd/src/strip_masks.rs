@@ -31,23 +31,6 @@ impl<S: Simd> StripMasks<S> {
         }
     }
 
-    /// The ends of eight rows as bytes, counted from tile `from`: first columns, none of them before tile `tile`, and then first
-    /// columns after those.
-    #[inline(always)]
-    pub(crate) fn ends_from(
-        &self,
-        first: i16x8<S>,
-        end: i16x8<S>,
-        [from, tile]: [u32; 2],
-    ) -> u8x16<S> {
-        let before = i16x8::splat(self.simd, (tile * TILE_SIZE as u32) as i16);
-        let first: u16x8<S> = self
-            .counted_from(first.max(before), from as usize)
-            .bitcast();
-        let end: u16x8<S> = self.counted_from(end, from as usize).bitcast();
-        first.relaxed_narrow(end)
-    }
-
     #[inline(always)]
     fn counted_from(&self, v: i16x8<S>, from: usize) -> i16x8<S> {
         let column = i16x8::splat(self.simd, (from * TILE_SIZE as usize) as i16);
@@ -123,7 +106,8 @@ impl<S: Simd> StripMasks<S> {
     }
 }
 
+/// The first column of a tile, or that many tiles' columns.
 #[inline(always)]
-fn column_of(tile: u32) -> u8 {
+pub(crate) fn column_of(tile: u32) -> u8 {
     (tile * TILE_SIZE as u32) as u8
 }

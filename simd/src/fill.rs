@@ -9,12 +9,15 @@
 //!   those bytes, less the tile's own column, and an AND: for as many tiles at once as a vector has groups of eight bytes.
 //! * **Layers.** A part's mask is 32 bits and its depth an f32, so a vector of either holds the parts of two, four or
 //!   eight tiles. The cases of [`merge`] become a sort of three layers by selection.
-//! * **Nothing to do.** Where every sample is covered by layers that are nearer, the tiles stay as they are.
+//! * **Nothing to do.** Where every sample is covered by layers that are nearer, the tiles stay as they are. Whole vectors
+//!   of such tiles at the start of a strip are skipped before the strip's spans are found.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, dispatch, f32x8, f64x4, f64x8, i16x8};
+use fearless_simd::{Simd, dispatch, f32x4, f32x8, f64x4, f64x8, i16x8, i16x16, i32x8};
 
-use crate::merge::{Merger, RowDepth, STRIPS, Strip, TILES_PER_STRIP, Waiting};
+use crate::merge::{
+    Merger, Parts, RowDepth, STRIPS, Strip, TILES_PER_STRIP, Waiting, merge_strips,
+};
 use crate::order::{greater, lesser};
 use crate::small::SmallStrips;
 use crate::spans::{EDGES, SpanBlock, SpanPolygon};
@@ -86,44 +89,68 @@ fn fill_vector<S: Simd>(simd: S, blocks: &[SpanBlock], rows: &mut TileRows<'_>) 
         // A picture narrower than a vector.
         return fill_plain(blocks, rows);
     }
-    let mut filler = Filler::new(simd, rows);
+    let mut waiting = Waiting {
+        strips: [Strip::EMPTY; STRIPS],
+        count: 0,
+    };
+    let mut small = SmallStrips::EMPTY;
+    let mut filler = Filler::new(simd, rows, &mut waiting, &mut small);
     for block in blocks {
         filler.find(block);
     }
-    filler.merger.merge_strips(&mut filler.waiting);
+    filler.merge_waiting();
 }
 
 /// Strips of so many small polygons of a block are worth finding together.
 const FEWEST_SMALL: u32 = 2;
 
+/// No row of tiles.
+const NONE: i32 = -1;
+
 /// Finds polygons' strips in rows of tiles.
 struct Filler<'a, S: Simd> {
     simd: S,
-    merger: Merger<'a, S>,
-    waiting: Waiting,
-    small: SmallStrips,
+    parts: Parts<'a>,
+    merger: Merger<S>,
+    waiting: &'a mut Waiting,
+    small: &'a mut SmallStrips,
+    /// Tiles in a row.
+    across: u32,
     first_row: i32,
     last_row: i32,
-    /// Samples in the picture's last row of tiles.
-    samples_of_last: i32,
+    /// The row of tiles that reaches beyond the picture's end, or [`NONE`].
+    cut_row: i32,
+    /// The bytes of the rows of samples before that end.
+    rows_of_cut: u64,
     row_numbers: f64x8<S>,
 }
 
 impl<'a, S: Simd> Filler<'a, S> {
     #[inline(always)]
-    fn new(simd: S, rows: &'a mut TileRows<'_>) -> Self {
+    fn new(
+        simd: S,
+        rows: &'a mut TileRows<'_>,
+        waiting: &'a mut Waiting,
+        small: &'a mut SmallStrips,
+    ) -> Self {
         let last_row = rows.first_row + rows.rows() - 1;
+        let samples_of_last = rows.height - last_row * TILE_SIZE;
+        let is_cut = samples_of_last < TILE_SIZE;
         Filler {
             simd,
             first_row: rows.first_row,
             last_row,
-            samples_of_last: rows.height - last_row * TILE_SIZE,
-            merger: Merger::new(simd, rows),
-            waiting: Waiting {
-                strips: [Strip::EMPTY; STRIPS],
-                count: 0,
+            cut_row: if is_cut { last_row } else { NONE },
+            rows_of_cut: if is_cut {
+                (1 << (8 * samples_of_last)) - 1
+            } else {
+                u64::MAX
             },
-            small: SmallStrips::EMPTY,
+            across: rows.across as u32,
+            merger: Merger::new(simd, (rows.across - S::f64s::LEN) as u32),
+            parts: Parts::new(rows),
+            waiting,
+            small,
             row_numbers: f64x8::from_fn(simd, |i| i as f64),
         }
     }
@@ -147,10 +174,11 @@ impl<'a, S: Simd> Filler<'a, S> {
             if small >> i & 1 == 1 {
                 self.find_small(block, i);
             } else {
-                let polygon = Current::new(block, i);
-                let first = (polygon.y[0] / TILE_SIZE).max(self.first_row);
-                let last = (polygon.y[1] / TILE_SIZE).min(self.last_row);
-                for tile_y in first..=last {
+                let polygon = Current::new(self.simd, block, i);
+                let [first, last] = polygon.y.map(|y| to_tile(y) as i32);
+                let first = first.max(self.first_row);
+                let last = last.min(self.last_row);
+                for tile_y in first..last + 1 {
                     self.find_strips(&polygon, tile_y);
                 }
             }
@@ -160,25 +188,25 @@ impl<'a, S: Simd> Filler<'a, S> {
     /// Merges the strips of a small polygon that are known, and finds the others.
     #[inline(always)]
     fn find_small(&mut self, block: &SpanBlock, i: usize) {
-        let [first_tile, last] = self.small.tiles.each_ref().map(|end| end[i] as usize);
+        let [first_tile, last] = self.small.tiles.each_ref().map(|end| end[i] as u32);
         let [first_row, last_row] = self.small.rows.each_ref().map(|end| end[i]);
         let from = first_row.max(self.first_row);
         let until = last_row.min(self.last_row);
-        for tile_y in from..=until {
+        for tile_y in from..until + 1 {
             let k = (tile_y - first_row) as usize;
-            let is_cut = tile_y == self.last_row && self.samples_of_last < TILE_SIZE;
-            if k >= self.small.found || is_cut || first_tile + S::f64s::LEN > self.merger.across {
-                self.find_strips(&Current::new(block, i), tile_y);
+            if k >= self.small.found || tile_y == self.cut_row || first_tile > self.merger.last_from
+            {
+                self.find_strips(&Current::new(self.simd, block, i), tile_y);
                 continue;
             }
             // What waits comes before it.
             if self.waiting.count > 0 {
-                self.merger.merge_strips(&mut self.waiting);
+                self.merge_waiting();
             }
-            let row = (tile_y - self.first_row) as usize * self.merger.across;
-            self.merger.merge_strip(&Strip {
+            let [upper, lower] = self.small.halves[k].each_ref().map(|half| half[i]);
+            let strip = Strip {
                 depth: RowDepth {
-                    halves: self.small.halves[k].each_ref().map(|half| half[i]),
+                    halves: [upper, lower, upper, lower],
                     per_tile: block.per_tile[i],
                     farthest: block.farthest[i],
                     nearest: block.nearest[i],
@@ -186,68 +214,79 @@ impl<'a, S: Simd> Filler<'a, S> {
                 },
                 first: self.small.first[k][i],
                 end: self.small.end[k][i],
+                row: self.row_of(tile_y),
                 from: first_tile,
-                row,
-                tiles: [first_tile, last],
-            });
+                last,
+            };
+            self.merger.merge_strip(&mut self.parts.borrow(), &strip);
         }
     }
 
-    /// What is beyond the picture's end is not covered. Merges if there is no room for another strip.
+    /// Where a row of tiles begins.
     #[inline(always)]
-    fn push(&mut self, tile_y: i32) {
-        if tile_y == self.last_row && self.samples_of_last < TILE_SIZE {
-            let strip = &mut self.waiting.strips[self.waiting.count];
-            // Its rows are the bytes from the lowest on.
-            strip.end &= (1 << (8 * self.samples_of_last)) - 1;
-        }
-        self.waiting.count += 1;
-        if self.waiting.count == STRIPS {
-            self.merger.merge_strips(&mut self.waiting);
-        }
+    fn row_of(&self, tile_y: i32) -> u32 {
+        (tile_y - self.first_row) as u32 * self.across
+    }
+
+    #[inline(always)]
+    fn merge_waiting(&mut self) {
+        let parts = self.parts.borrow();
+        merge_strips(self.simd, parts, self.merger.last_from, self.waiting);
     }
 
     /// Finds a polygon's strip in a row of tiles; none where it is hidden, or holds nothing.
     #[inline(always)]
-    fn find_strips(&mut self, p: &Current<'_>, tile_y: i32) {
-        let tiles = S::f64s::LEN;
-        let y = tile_y * TILE_SIZE;
-        let [mut tile, mut last] = p.columns;
-        if last - tile >= tiles {
-            [tile, last] = self.columns_of_strip(p, y);
+    fn find_strips(&mut self, p: &Current<S>, tile_y: i32) {
+        let y = f64::from(tile_y * TILE_SIZE);
+        let [first, last] = if p.columns[1] - p.columns[0] >= S::f64s::LEN as u32 {
+            self.columns_of_strip(p, y)
+        } else {
+            p.columns
+        };
+        let row = self.row_of(tile_y);
+        // Long runs of tiles show something nearer already: most are known to before anything else of the strip is, others
+        // before its spans are.
+        let (mut tile, is_covered) =
+            self.merger
+                .skip_behind_nearest(&self.parts, p.nearest, row, [first, last]);
+        if tile > last {
+            return;
         }
-        let row = (tile_y - self.first_row) as usize * self.merger.across;
-        // Long runs of tiles are behind what they show already: that is known before anything else of the strip is.
-        while tile <= last && self.merger.is_hidden(p.nearest, row, tile) {
-            tile += tiles;
+        let depth = RowDepth {
+            halves: p.depths_of_halves(y as f32).to_array(),
+            per_tile: p.per_tile,
+            farthest: p.farthest,
+            nearest: p.nearest,
+            first_tile: p.columns[0],
+        };
+        if is_covered {
+            tile = self
+                .merger
+                .skip_behind(&self.parts, &depth, row, [tile, last]);
         }
         if tile > last {
             return;
         }
-        let [first, end] = self.spans(p, y);
-        let halves = [p.depth_of_half(y), p.depth_of_half(y + PART_HEIGHT)];
-        loop {
+        let ends = self.spans(p, y);
+        while tile <= last {
+            let from = tile.min(self.merger.last_from);
             let until = last.min(tile + TILES_PER_STRIP - 1);
-            let from = tile.min(self.merger.across - tiles);
-            let ends: [u64; 2] =
-                bytemuck::cast(self.merger.masks.ends_from(first, end, from).to_array());
+            let [first, mut end] = self.counted_from(ends, [from, tile]);
+            if tile_y == self.cut_row {
+                // What is beyond the picture's end is not covered. Its rows are the bytes from the lowest on.
+                end &= self.rows_of_cut;
+            }
             self.waiting.strips[self.waiting.count] = Strip {
-                depth: RowDepth {
-                    halves,
-                    per_tile: p.per_tile,
-                    farthest: p.farthest,
-                    nearest: p.nearest,
-                    first_tile: p.columns[0],
-                },
-                first: ends[0],
-                end: ends[1],
-                from,
+                depth,
+                first,
+                end,
                 row,
-                tiles: [tile, until],
+                from,
+                last: until,
             };
-            self.push(tile_y);
-            if until == last {
-                return;
+            self.waiting.count += 1;
+            if self.waiting.count == STRIPS {
+                self.merge_waiting();
             }
             tile = until + 1;
         }
@@ -255,8 +294,8 @@ impl<'a, S: Simd> Filler<'a, S> {
 
     /// The first covered column of each of eight rows, and the first one not covered after it.
     #[inline(always)]
-    fn spans(&self, p: &Current<'_>, y: i32) -> [i16x8<S>; 2] {
-        let rows = self.row_numbers + f64::from(y);
+    fn spans(&self, p: &Current<S>, y: f64) -> i16x16<S> {
+        let rows = self.row_numbers + y;
         let v0 = rows * p.slope[0] + p.at_zero[0];
         let v1 = rows * p.slope[1] + p.at_zero[1];
         let v2 = rows * p.slope[2] + p.at_zero[2];
@@ -266,11 +305,11 @@ impl<'a, S: Simd> Filler<'a, S> {
             2 => (v0.max(v1), v2.min(v3)),
             _ => (v0.max(v1).max(v2), v3),
         };
-        [self.columns(p, first), self.columns(p, end)]
+        self.columns(p, first).relaxed_narrow(self.columns(p, end))
     }
 
     #[inline(always)]
-    fn columns(&self, p: &Current<'_>, v: f64x8<S>) -> i16x8<S> {
+    fn columns(&self, p: &Current<S>, v: f64x8<S>) -> i32x8<S> {
         let simd = self.simd;
         let (low, high) = simd.split_f64x8(v.ceil());
         // Small whole numbers are exact in f32, and all others lie beyond the columns.
@@ -278,18 +317,35 @@ impl<'a, S: Simd> Filler<'a, S> {
             .narrow(high)
             .max(f32x8::splat(simd, p.x[0] as f32))
             .min(f32x8::splat(simd, p.x[1] as f32 + 1.0));
-        let (low, high) = simd.split_i32x8(simd.cvt_i32_f32x8(v));
-        low.relaxed_narrow(high)
+        simd.cvt_i32_f32x8(v)
+    }
+
+    /// Columns as bytes, counted from tile `from`, none of the first before `tile`.
+    #[inline(always)]
+    fn counted_from(&self, ends: i16x16<S>, [from, tile]: [u32; 2]) -> [u64; 2] {
+        let simd = self.simd;
+        let column = |tile: u32| (tile * TILE_SIZE as u32) as i16;
+        let mut ends = ends;
+        if from < tile {
+            // At the end of the row.
+            let (first, end) = simd.split_i16x16(ends);
+            ends = simd.combine_i16x8(first.max(i16x8::splat(simd, column(tile))), end);
+        }
+        let ends = (ends - column(from))
+            .max(i16x16::splat(simd, 0))
+            .min(i16x16::splat(simd, i16::from(u8::MAX)));
+        let (first, end) = simd.split_u16x16(ends.bitcast());
+        bytemuck::cast(first.relaxed_narrow(end).to_array())
     }
 
     /// First and last tile of a strip that may hold a covered sample.
     #[inline(always)]
-    fn columns_of_strip(&self, p: &Current<'_>, y: i32) -> [usize; 2] {
+    fn columns_of_strip(&self, p: &Current<S>, y: f64) -> [u32; 2] {
         let simd = self.simd;
         let slope = f64x4::load_array(simd, p.slope);
         let at_zero = f64x4::load_array(simd, p.at_zero);
-        let above = slope * f64::from(y.max(p.y[0])) + at_zero;
-        let below = slope * f64::from((y + TILE_SIZE - 1).min(p.y[1])) + at_zero;
+        let above = slope * greater(y, p.y[0]) + at_zero;
+        let below = slope * lesser(y + f64::from(TILE_SIZE - 1), p.y[1]) + at_zero;
         let least = above.min(below).to_array();
         let most = above.max(below).to_array();
         let (first, last) = match p.lower {
@@ -309,63 +365,67 @@ impl<'a, S: Simd> Filler<'a, S> {
 
 /// The tile of a column or row: of a number from 0 to 2¹⁵, rounded down.
 #[inline(always)]
-fn to_tile(v: f64) -> usize {
+fn to_tile(v: f64) -> u32 {
     to_index((v * (1.0 / f64::from(TILE_SIZE))).floor())
 }
 
-/// A small whole number as an index: beside 2⁵² its bits are the last ones. (`as` takes ten instructions to be right for
+/// A small whole number as an integer: beside 2⁵² its bits are the last ones. (`as` takes ten instructions to be right for
 /// all numbers.)
 #[inline(always)]
-fn to_index(v: f64) -> usize {
-    ((v + (1_u64 << 52) as f64).to_bits() & 0xffff) as usize
+fn to_index(v: f64) -> u32 {
+    ((v + (1_u64 << 52) as f64).to_bits() & 0xffff) as u32
 }
 
 /// The polygon whose strips are being found.
-struct Current<'b> {
-    block: &'b SpanBlock,
-    i: usize,
+struct Current<S: Simd> {
     slope: [f64; EDGES],
     at_zero: [f64; EDGES],
     lower: usize,
     x: [f64; 2],
-    y: [i32; 2],
+    y: [f64; 2],
     /// First and last column of tiles.
-    columns: [usize; 2],
+    columns: [u32; 2],
+    /// The row of each half that is farthest, counted from the strip's first.
+    farthest_row: f32x4<S>,
+    at: f32,
+    per_row: f32,
     per_tile: f32,
     farthest: f32,
     nearest: f32,
 }
 
-impl<'b> Current<'b> {
+impl<S: Simd> Current<S> {
     #[inline(always)]
-    fn new(block: &'b SpanBlock, i: usize) -> Current<'b> {
+    fn new(simd: S, block: &SpanBlock, i: usize) -> Current<S> {
+        let per_row = block.per_row[i];
+        let last = if per_row < 0.0 {
+            (PART_HEIGHT - 1) as f32
+        } else {
+            0.0
+        };
         Current {
-            slope: block.slope.map(|edge| edge[i]),
-            at_zero: block.at_zero.map(|edge| edge[i]),
+            slope: block.slope.each_ref().map(|edge| edge[i]),
+            at_zero: block.at_zero.each_ref().map(|edge| edge[i]),
             lower: block.lower_edges(i),
             x: [block.x[0][i], block.x[1][i]],
-            y: [
-                to_index(block.y[0][i]) as i32,
-                to_index(block.y[1][i]) as i32,
-            ],
+            y: [block.y[0][i], block.y[1][i]],
             columns: [to_tile(block.x[0][i]), to_tile(block.x[1][i])],
+            farthest_row: f32x4::from_fn(simd, |half| (half as i32 % 2 * PART_HEIGHT) as f32)
+                + last,
+            at: block.at[i],
+            per_row,
             per_tile: block.per_tile[i],
             farthest: block.farthest[i],
             nearest: block.nearest[i],
-            block,
-            i,
         }
     }
 
-    /// The depth over a half of the first tile: [`PartDepth::over`](crate::part_depth::PartDepth::over).
+    /// The depths over the halves of the first tile, twice: [`PartDepth::over`](crate::part_depth::PartDepth::over).
     #[inline(always)]
-    fn depth_of_half(&self, first: i32) -> f32 {
-        let per_row = self.block.per_row[self.i];
-        let row = if per_row < 0.0 {
-            (first + PART_HEIGHT - 1).min(self.y[1])
-        } else {
-            first.max(self.y[0])
-        };
-        self.block.at[self.i] + per_row * (row - self.y[0]) as f32
+    fn depths_of_halves(&self, y: f32) -> f32x4<S> {
+        let simd = self.farthest_row.token();
+        let [first, last] = self.y.map(|y| f32x4::splat(simd, y as f32));
+        let row = (self.farthest_row + y).max(first).min(last);
+        (row - first) * self.per_row + self.at
     }
 }

@@ -31,14 +31,6 @@ impl<S: Simd> StripMasks<S> {
         }
     }
 
-    /// The ends of eight rows as bytes, counted from tile `from`: first columns, and then first columns after those.
-    #[inline(always)]
-    pub(crate) fn ends_from(&self, first: i16x8<S>, end: i16x8<S>, from: usize) -> u8x16<S> {
-        let first: u16x8<S> = self.counted_from(first, from).bitcast();
-        let end: u16x8<S> = self.counted_from(end, from).bitcast();
-        first.relaxed_narrow(end)
-    }
-
     #[inline(always)]
     fn counted_from(&self, v: i16x8<S>, from: usize) -> i16x8<S> {
         let column = i16x8::splat(self.simd, (from * TILE_SIZE as usize) as i16);
@@ -68,19 +60,25 @@ impl<S: Simd> StripMasks<S> {
         let end: u16x8<S> = self.counted_from(end, start).bitcast();
         let first = S::u8s::block_splat(first.relaxed_narrow(first));
         let end = S::u8s::block_splat(end.relaxed_narrow(end));
-        self.between(self.not_before(first, from - start), end, 0)
+        let first = self.not_before(first, (from - start) as u32);
+        self.between(first, end, self.columns_from(0))
     }
 
     /// First columns, none of them before a tile.
     #[inline(always)]
-    pub(crate) fn not_before(&self, first: S::u8s, tile: usize) -> S::u8s {
-        first.max(S::u8s::splat(self.simd, (tile * TILE_SIZE as usize) as u8))
+    pub(crate) fn not_before(&self, first: S::u8s, tile: u32) -> S::u8s {
+        first.max(S::u8s::splat(self.simd, column_of(tile)))
     }
 
-    /// The samples of the tiles from `start` on, of each row from its column in `first` to before that in `end`.
+    /// The columns of the tiles from `start` on.
     #[inline(always)]
-    pub(crate) fn between(&self, first: S::u8s, end: S::u8s, start: usize) -> S::u32s {
-        let columns = self.tile_column + (start * TILE_SIZE as usize) as u8;
+    pub(crate) fn columns_from(&self, start: u32) -> S::u8s {
+        self.tile_column + column_of(start)
+    }
+
+    /// The samples of the tiles with these columns, of each row from its column in `first` to before that in `end`.
+    #[inline(always)]
+    pub(crate) fn between(&self, first: S::u8s, end: S::u8s, columns: S::u8s) -> S::u32s {
         (self.of_tiles(end, columns) & !self.of_tiles(first, columns)).bitcast()
     }
 
@@ -106,4 +104,10 @@ impl<S: Simd> StripMasks<S> {
             .min(S::u8s::splat(self.simd, TILE_SIZE as u8));
         self.low_bits.swizzle_dyn_within_blocks(of_tile)
     }
+}
+
+/// The first column of a tile, or that many tiles' columns.
+#[inline(always)]
+pub(crate) fn column_of(tile: u32) -> u8 {
+    (tile * TILE_SIZE as u32) as u8
 }

@@ -77,7 +77,7 @@ impl Canvas {
             across: self.across,
             height: self.height,
         };
-        fill(level, blocks, &mut rows);
+        fill(level, std::iter::once(blocks), &mut rows);
     }
 
     /// The samples that are covered.

@@ -49,16 +49,20 @@ impl TileRows<'_> {
     }
 }
 
-/// Fills the polygons of blocks in order, as far as they lie in these rows.
-pub fn fill(level: Level, blocks: &[SpanBlock], rows: &mut TileRows<'_>) {
+/// Fills the polygons of runs of blocks in order, as far as they lie in these rows.
+pub fn fill<'b>(
+    level: Level,
+    runs: impl Iterator<Item = &'b [SpanBlock]>,
+    rows: &mut TileRows<'_>,
+) {
     match level.token() {
-        None => fill_plain(blocks, rows),
-        Some(token) => dispatch!(token, simd => fill_vector(simd, blocks, rows)),
+        None => fill_plain(runs, rows),
+        Some(token) => dispatch!(token, simd => fill_vector(simd, runs, rows)),
     }
 }
 
-fn fill_plain(blocks: &[SpanBlock], rows: &mut TileRows<'_>) {
-    for polygon in blocks.iter().flat_map(SpanBlock::iter) {
+fn fill_plain<'b>(runs: impl Iterator<Item = &'b [SpanBlock]>, rows: &mut TileRows<'_>) {
+    for polygon in runs.flatten().flat_map(SpanBlock::iter) {
         fill_one_plain(&polygon, rows);
     }
 }
@@ -84,10 +88,14 @@ fn fill_one_plain(polygon: &SpanPolygon, rows: &mut TileRows<'_>) {
 }
 
 #[inline(always)]
-fn fill_vector<S: Simd>(simd: S, blocks: &[SpanBlock], rows: &mut TileRows<'_>) {
+fn fill_vector<'b, S: Simd>(
+    simd: S,
+    runs: impl Iterator<Item = &'b [SpanBlock]>,
+    rows: &mut TileRows<'_>,
+) {
     if rows.across < S::f64s::LEN {
         // A picture narrower than a vector.
-        return fill_plain(blocks, rows);
+        return fill_plain(runs, rows);
     }
     let mut waiting = Waiting {
         strips: [Strip::EMPTY; STRIPS],
@@ -95,8 +103,10 @@ fn fill_vector<S: Simd>(simd: S, blocks: &[SpanBlock], rows: &mut TileRows<'_>) 
     };
     let mut small = SmallStrips::EMPTY;
     let mut filler = Filler::new(simd, rows, &mut waiting, &mut small);
-    for block in blocks {
-        filler.find(block);
+    for run in runs {
+        for block in run {
+            filler.find(block);
+        }
     }
     filler.merge_waiting();
 }
@@ -122,6 +132,8 @@ struct Filler<'a, S: Simd> {
     cut_row: i32,
     /// The bytes of the rows of samples before that end.
     rows_of_cut: u64,
+    /// Whether the rows are all of the picture's.
+    is_whole: bool,
     row_numbers: f64x8<S>,
 }
 
@@ -136,6 +148,7 @@ impl<'a, S: Simd> Filler<'a, S> {
         let last_row = rows.first_row + rows.rows() - 1;
         let samples_of_last = rows.height - last_row * TILE_SIZE;
         let is_cut = samples_of_last < TILE_SIZE;
+        let is_whole = rows.first_row == 0 && samples_of_last <= TILE_SIZE;
         Filler {
             simd,
             first_row: rows.first_row,
@@ -151,6 +164,7 @@ impl<'a, S: Simd> Filler<'a, S> {
             parts: Parts::new(rows),
             waiting,
             small,
+            is_whole,
             row_numbers: f64x8::from_fn(simd, |i| i as f64),
         }
     }
@@ -158,7 +172,12 @@ impl<'a, S: Simd> Filler<'a, S> {
     /// Finds the strips of the polygons of a block.
     #[inline(always)]
     fn find(&mut self, block: &SpanBlock) {
-        let small = block.small & block.present;
+        let present = if self.is_whole {
+            block.present
+        } else {
+            block.present & self.in_rows(block)
+        };
+        let small = block.small & present;
         let small = if small.count_ones() < FEWEST_SMALL {
             0
         } else {
@@ -167,7 +186,7 @@ impl<'a, S: Simd> Filler<'a, S> {
         if small != 0 {
             self.small.find(self.simd, block, small);
         }
-        let mut left = block.present;
+        let mut left = present;
         while left != 0 {
             let i = left.trailing_zeros() as usize;
             left &= left - 1;
@@ -183,6 +202,18 @@ impl<'a, S: Simd> Filler<'a, S> {
                 }
             }
         }
+    }
+
+    /// Which polygons of a block reach into these rows.
+    #[inline(always)]
+    fn in_rows(&self, block: &SpanBlock) -> u8 {
+        let first = f64::from(self.first_row * TILE_SIZE);
+        let last = f64::from((self.last_row + 1) * TILE_SIZE - 1);
+        let [from, until] = block
+            .y
+            .each_ref()
+            .map(|y| f64x8::load_array_ref(self.simd, y));
+        (from.simd_le(last) & until.simd_ge(first)).to_bitmask() as u8
     }
 
     /// Merges the strips of a small polygon that are known, and finds the others.

@@ -57,7 +57,7 @@ impl Picture {
             across: self.across,
             height: self.height,
         };
-        fill(level, blocks, &mut rows);
+        fill(level, std::iter::once(blocks), &mut rows);
     }
 
     fn tiles(&self) -> Tiles<'_> {

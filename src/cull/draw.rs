@@ -2,7 +2,7 @@
 //! (`waiting`, `rounds`).
 
 use super::ask::{Answer, AskMemory, ask};
-use super::rounds::{RoundMemory, draw_waiting};
+use super::rounds::{EVERYTHING, RoundMemory, draw_waiting};
 use super::traverse::{TraverseMemory, hide_subtrees};
 use super::waiting::{Waiting, nearness};
 use super::{Frame, Statistics};
@@ -10,15 +10,16 @@ use crate::occluders::{object_of, sort_nearest};
 use crate::occlusion::{Footprint, OcclusionBuffer};
 use crate::tasks::Work;
 
-/// Objects that are asked, and then drawn, together. An answer sees only what whole batches before its own have
-/// drawn, so that any number of threads gives the same one.
+/// Objects that are asked, and then drawn, together, before the first look. An answer sees only what whole batches before
+/// its own have drawn, so that any number of threads gives the same one.
 const OBJECTS_PER_BATCH: usize = 16;
+/// After each look batches are twice as large, up to this: what is far away hides less of what comes right after it.
+const MOST_PER_BATCH: usize = 64;
 
-/// After so many batches whole groups of objects are looked at: what is near has been drawn, and most of the others need
-/// not be asked one by one.
-const BATCHES_BEFORE_LOOK: usize = 8;
-
-/// As many batches as before the last look, times this, are drawn before the next one.
+/// After so many objects whole groups of them are looked at: what is near has been drawn, and most of the others need not
+/// be asked one by one.
+const OBJECTS_BEFORE_LOOK: usize = 128;
+/// As many as before the last look, times this, are taken before the next one.
 const MORE_BEFORE_NEXT_LOOK: usize = 3;
 
 /// Memory that is kept from frame to frame.
@@ -51,14 +52,15 @@ pub fn draw_occluders(
     memory: &mut DrawMemory,
     mut drawn: Drawn<'_>,
 ) {
-    let mut batches = BATCHES_BEFORE_LOOK;
+    let mut before_look = OBJECTS_BEFORE_LOOK;
+    let mut per_batch = OBJECTS_PER_BATCH;
     memory.waiting.clear();
     loop {
-        let before_look = candidates.len().min(batches * OBJECTS_PER_BATCH);
+        let taken = candidates.len().min(before_look);
         frame.tasks.alone(Work::Select, || {
-            sort_nearest(candidates, before_look);
+            sort_nearest(candidates, taken);
         });
-        for batch in candidates[..before_look].chunks(OBJECTS_PER_BATCH) {
+        for batch in candidates[..taken].chunks(per_batch) {
             memory.batch.clear();
             memory.batch.extend(batch.iter().map(|&key| object_of(key)));
             if !draw_batch(frame, buffer, memory, &mut drawn) {
@@ -66,7 +68,7 @@ pub fn draw_occluders(
                 break;
             }
         }
-        candidates.drain(..before_look.min(candidates.len()));
+        candidates.drain(..taken.min(candidates.len()));
         if candidates.is_empty() {
             return draw_until(EVERYTHING, frame, buffer, memory, drawn.hidden);
         }
@@ -78,7 +80,8 @@ pub fn draw_occluders(
             drawn.statistics,
         );
         candidates.retain(|&key| !drawn.hidden[object_of(key) as usize]);
-        batches *= MORE_BEFORE_NEXT_LOOK;
+        before_look *= MORE_BEFORE_NEXT_LOOK;
+        per_batch = MOST_PER_BATCH.min(2 * per_batch);
     }
 }
 
@@ -122,9 +125,6 @@ fn draw_batch(
     draw_until(nearness(farthest), frame, buffer, memory, drawn.hidden);
     !spent
 }
-
-/// A horizon that nothing is beyond.
-const EVERYTHING: u32 = 0;
 
 /// Draws what waits as far as a horizon.
 fn draw_until(

@@ -13,8 +13,15 @@ use crate::occlusion::OcclusionBuffer;
 use crate::raster::{BlockList, ClusterAssembler, CullMode};
 use crate::tasks::Work;
 
-/// Clusters of a round; at most as many as a mask has bits.
+/// A horizon that nothing is beyond.
+pub const EVERYTHING: u32 = 0;
+
+/// Clusters of a round.
 const CLUSTERS_PER_ROUND: usize = 64;
+/// The same while so many wait that they can hardly hide each other better in smaller rounds, and threads have more to
+/// share: as many as a mask has bits.
+const CLUSTERS_PER_LARGE_ROUND: usize = 128;
+const MANY_WAITING: usize = 512;
 
 /// A round has so many tasks for each thread, so that a long one does not hold up the others,
 const TASKS_PER_THREAD: usize = 4;
@@ -34,7 +41,7 @@ struct Assembly {
     assembler: ClusterAssembler,
     list: BlockList,
     /// Bit `i` is set if cluster `i` of the task is hidden.
-    hidden: u64,
+    hidden: u128,
 }
 
 /// Draws the clusters that wait and are at least as near as `horizon` says, each if it is not hidden; hands the objects to
@@ -49,11 +56,20 @@ pub fn draw_waiting(
 ) {
     let RoundMemory { round, assemblies } = memory;
     let threads = frame.tasks.threads();
+    let most = if waiting.len() < MANY_WAITING {
+        CLUSTERS_PER_ROUND
+    } else {
+        CLUSTERS_PER_LARGE_ROUND
+    };
+    let mut is_first = true;
     loop {
-        waiting.take(horizon, CLUSTERS_PER_ROUND, round);
-        if round.is_empty() {
+        waiting.take(horizon, most, round);
+        // A few more may wait for the next batch: the fewer rounds, the less threads wait for each other.
+        let is_worth_it = is_first || round.len() >= most || horizon == EVERYTHING;
+        if round.is_empty() || !is_worth_it {
             return;
         }
+        is_first = false;
         let share = match threads {
             1 => round.len(),
             threads => round
@@ -81,6 +97,7 @@ pub fn draw_waiting(
             hidden | assembly.hidden << (task * share)
         });
         waiting.drawn(round, hidden, &mut hide);
+        round.clear();
     }
 }
 

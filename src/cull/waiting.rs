@@ -3,8 +3,6 @@
 //! Objects are taken by where they begin, but a large one reaches far behind the beginnings of others. So its clusters wait
 //! until all that begins before them has been asked, and are asked once more right before they are drawn.
 
-use std::collections::BinaryHeap;
-
 use antumbra_simd::triangle::CullMode;
 use antumbra_simd::vertex::ScreenTransform;
 use glam::DAffine3;
@@ -54,8 +52,10 @@ pub struct WaitingCluster {
 pub struct Waiting {
     placed: Places<Placed>,
     clusters: Places<WaitingCluster>,
-    /// The clusters by how near they are: see [`key`].
-    nearest: BinaryHeap<u64>,
+    /// The keys of those that wait, the nearest last: see [`key`].
+    sorted: Vec<u64>,
+    /// Keys that are not among them yet.
+    unsorted: Vec<u64>,
     /// How many rounds were drawn.
     rounds: u32,
     groups: Vec<Group>,
@@ -137,7 +137,8 @@ impl Waiting {
     pub fn clear(&mut self) {
         self.placed.clear();
         self.clusters.clear();
-        self.nearest.clear();
+        self.sorted.clear();
+        self.unsorted.clear();
         self.rounds = 0;
     }
 
@@ -240,18 +241,44 @@ impl Waiting {
     fn push(&mut self, cluster: WaitingCluster) {
         self.placed.things[cluster.placed as usize].waiting += 1;
         let place = self.clusters.put(cluster);
-        self.nearest.push(key(cluster.footprint, place));
+        self.unsorted.push(key(cluster.footprint, place));
     }
 
-    /// Takes up to `most` of the clusters that are at least as near as `horizon` says ([`nearness`]), nearest first.
+    /// How many clusters wait.
+    pub fn len(&self) -> usize {
+        self.sorted.len() + self.unsorted.len()
+    }
+
+    /// Fills a round up to `most` with clusters that are at least as near as `horizon` says ([`nearness`]), nearest first.
     pub fn take(&mut self, horizon: u32, most: usize, round: &mut Vec<WaitingCluster>) {
-        round.clear();
+        self.sort();
         while round.len() < most
-            && let Some(nearest) = self.nearest.peek()
+            && let Some(nearest) = self.sorted.last()
             && nearest >> 32 >= u64::from(horizon)
         {
             round.push(self.clusters.take(!(*nearest as u32)));
-            self.nearest.pop();
+            self.sorted.pop();
+        }
+    }
+
+    /// Puts the keys that came last in their places.
+    fn sort(&mut self) {
+        let Waiting {
+            sorted, unsorted, ..
+        } = self;
+        unsorted.sort_unstable();
+        let mut left = sorted.len();
+        sorted.resize(left + unsorted.len(), 0);
+        // From the end on, so that none is overwritten before it has moved.
+        while let Some(&key) = unsorted.last() {
+            let to = left + unsorted.len() - 1;
+            if left > 0 && sorted[left - 1] > key {
+                sorted[to] = sorted[left - 1];
+                left -= 1;
+            } else {
+                sorted[to] = key;
+                unsorted.pop();
+            }
         }
     }
 
@@ -267,7 +294,7 @@ impl Waiting {
 
     /// Notes that a round was drawn, all but its clusters that were `hidden`: a bit for each. An object that is nothing but
     /// such clusters is handed to `hide`.
-    pub fn drawn(&mut self, round: &[WaitingCluster], hidden: u64, mut hide: impl FnMut(u32)) {
+    pub fn drawn(&mut self, round: &[WaitingCluster], hidden: u128, mut hide: impl FnMut(u32)) {
         self.rounds += 1;
         for (i, cluster) in round.iter().enumerate() {
             let placed = &mut self.placed.things[cluster.placed as usize];

@@ -174,11 +174,9 @@ impl TileBuffer {
         self.each_band(tasks, Work::Fill, |mut band| {
             let first = band.first_row;
             let last = first + (band.coverage.len() / band.across) as i32 - 1;
-            for list in lists.clone() {
-                for run in list.in_rows(first, last) {
-                    fill(level, run, &mut band);
-                }
-            }
+            let lists = lists.clone();
+            let runs = lists.flat_map(|list| list.in_rows(first, last));
+            fill(level, runs, &mut band);
         });
     }
 

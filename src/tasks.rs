@@ -7,6 +7,7 @@
 //! A stage often takes a few microseconds. A thread that went to sleep between two of them would need longer than that to
 //! wake up, so all stay awake until the frame is done ([`stay_awake`]).
 
+use std::cell::Cell;
 use std::fmt;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -176,8 +177,19 @@ fn halve<T: Send>(
     let (a, b) = split(items, count / 2);
     rayon::join(
         || halve(count / 2, a, split, task),
-        || halve(count - count / 2, b, split, task),
+        || within_a_stage(|| halve(count - count / 2, b, split, task)),
     );
+}
+
+thread_local! {
+    /// Whether the current thread is doing a part of a stage, or waits within one for another thread.
+    static IS_WITHIN_A_STAGE: Cell<bool> = const { Cell::new(false) };
+}
+
+fn within_a_stage(part: impl FnOnce()) {
+    let before = IS_WITHIN_A_STAGE.replace(true);
+    part();
+    IS_WITHIN_A_STAGE.set(before);
 }
 
 /// What the tasks of a frame took.
@@ -266,7 +278,8 @@ pub fn stay_awake(frame: impl FnOnce() + Send) {
     let frame_thread = rayon::current_thread_index();
     rayon::in_place_scope(|scope| {
         scope.spawn_broadcast(|_, context| {
-            if Some(context.index()) != frame_thread {
+            // One that waits within a stage, and finds this instead of what it waits for, would let the frame wait for it.
+            if Some(context.index()) != frame_thread && !IS_WITHIN_A_STAGE.get() {
                 look_for_work(&done);
             }
         });
@@ -296,5 +309,30 @@ struct SetOnDrop<'a>(&'a AtomicBool);
 impl Drop for SetOnDrop<'_> {
     fn drop(&mut self) {
         self.0.store(true, Ordering::Release);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A thread that waits within a task for another thread must not begin to look for work until the frame is done: the
+    /// frame would wait for its task. This hung within seconds while it could.
+    #[test]
+    fn short_frames_end() {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build();
+        let pool = pool.expect("threads");
+        let mut sums = [0_u32; 64];
+        for frame in 0..100_000_u32 {
+            pool.install(|| {
+                stay_awake(|| {
+                    Tasks::shared(2).each(Work::Clear, &mut sums, |_, sum| {
+                        (0..frame % 64).for_each(|_| std::hint::spin_loop());
+                        *sum += 1;
+                    });
+                });
+            });
+        }
+        assert_eq!(sums, [100_000; 64]);
     }
 }

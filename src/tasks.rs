@@ -317,7 +317,7 @@ mod tests {
     use super::*;
 
     /// A thread that waits within a task for another thread must not begin to look for work until the frame is done: the
-    /// frame would wait for its task. This hung within seconds while it could.
+    /// frame would wait for its task. This hung within a minute while it could.
     #[test]
     fn short_frames_end() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build();

@@ -60,16 +60,14 @@ pub fn draw_occluders(
         frame.tasks.alone(Work::Select, || {
             sort_nearest(candidates, taken);
         });
-        for batch in candidates[..taken].chunks(per_batch) {
+        let mut batches = candidates[..taken].chunks(per_batch);
+        let is_within_budget = batches.all(|batch| {
             memory.batch.clear();
             memory.batch.extend(batch.iter().map(|&key| object_of(key)));
-            if !draw_batch(frame, buffer, memory, &mut drawn) {
-                candidates.clear();
-                break;
-            }
-        }
-        candidates.drain(..taken.min(candidates.len()));
-        if candidates.is_empty() {
+            draw_batch(frame, buffer, memory, &mut drawn)
+        });
+        candidates.drain(..taken);
+        if candidates.is_empty() || !is_within_budget {
             return draw_until(EVERYTHING, frame, buffer, memory, drawn.hidden);
         }
         hide_subtrees(

@@ -1,13 +1,12 @@
 //! The strips of small polygons, those of a block at once: a lane for each polygon.
 //!
 //! A strip's eight rows fill a vector of f64, but a polygon of a few pixels has one or two strips, and what it takes to get
-//! at each is more than the rows. So the first strips of all small polygons of a block are found together, row by row, in
-//! f32.
+//! at each is more than the rows. So the strips of all small polygons of a block are found together, row by row, in f32.
 //!
 //! That is exact enough. Let coordinates count samples from the corner of the polygon's first tile. Then |A| and |B| are at
-//! most [`SMALL`] sub-pixels, rows are below 16, columns below 57, and a crossing that matters is at most 57 in size. With
-//! `s = |B|/|A|`, its value at the first row is off by half a unit of `57 + 16·s`, the slope by one of `s`, its product with
-//! the row by one of `15·s`, and the sum by one of 57: together `2⁻²⁴·(114·|A| + 46·|B|)/|A|`, less than `0.12/|A|`. With the
+//! most [`SMALL`] sub-pixels, rows are below 56, columns below 57, and a crossing that matters is at most 57 in size. With
+//! `s = |B|/|A|`, its value at the first row is off by half a unit of `57 + 56·s`, the slope by one of `s`, its product with
+//! the row by one of `55·s`, and the sum by one of 57: together `2⁻²⁴·(114·|A| + 166·|B|)/|A|`, less than `0.21/|A|`. With the
 //! `2⁻⁸/|A|` of the numbers that this starts from it stays below the `½/|A|` that [`crate::spans`] asks for.
 
 use fearless_simd::prelude::*;
@@ -19,13 +18,13 @@ use crate::{PART_HEIGHT, PARTS_PER_TILE, TILE_SIZE};
 /// A polygon is small if its corners reach over no more sub-pixels than this, across and down.
 pub const SMALL: i32 = 48 * crate::SUBPIXELS;
 
-/// Strips of each polygon that are found here.
-const STRIPS_FOUND: usize = 2;
+/// The most strips that a small polygon has.
+const STRIPS_FOUND: usize = (SMALL / crate::SUBPIXELS / TILE_SIZE) as usize + 1;
 
-/// A second strip is found here if so many polygons have one.
-const FEWEST_SECOND: u32 = 2;
+/// Strips but the first are found here if so many polygons have one.
+const FEWEST_MORE: u32 = 2;
 
-/// The first strips of the small polygons of a block.
+/// The strips of the small polygons of a block.
 pub(crate) struct SmallStrips {
     /// First and last rows of tiles.
     pub(crate) rows: [[i32; BLOCK]; 2],
@@ -57,28 +56,36 @@ impl SmallStrips {
         let names = mask32x8::from_bitmask(simd, u64::from(small));
         let zero = f32x8::splat(simd, 0.0);
         let tile = TILE_SIZE as f32;
-        let x = [0, 1].map(|end| names.select(narrow(simd, &block.x[end]), zero));
-        let y = [0, 1].map(|end| names.select(narrow(simd, &block.y[end]), zero));
-        let tiles = x.map(|x| (x * (1.0 / tile)).floor());
-        let rows = y.map(|y| (y * (1.0 / tile)).floor());
+        // Not by `map`: what it calls is not compiled for the level.
+        let x0 = names.select(narrow(simd, &block.x[0]), zero);
+        let x1 = names.select(narrow(simd, &block.x[1]), zero);
+        let y0 = names.select(narrow(simd, &block.y[0]), zero);
+        let y1 = names.select(narrow(simd, &block.y[1]), zero);
+        let per_sample = 1.0 / tile;
+        let tiles = [(x0 * per_sample).floor(), (x1 * per_sample).floor()];
+        let rows = [(y0 * per_sample).floor(), (y1 * per_sample).floor()];
         for end in 0..2 {
             to_whole(simd, tiles[end]).store_array(&mut self.tiles[end]);
             to_whole(simd, rows[end]).store_array(&mut self.rows[end]);
         }
         let corner = [tiles[0] * tile, rows[0] * tile];
-        let left = x[0] - corner[0];
-        let right = x[1] - corner[0] + 1.0;
+        let left = x0 - corner[0];
+        let right = x1 - corner[0] + 1.0;
         let edges = Edges::new(simd, block, small, corner);
 
-        let more = (rows[0].simd_lt(rows[1]) & names).to_bitmask().count_ones();
-        self.found = if more < FEWEST_SECOND { 1 } else { 2 };
-        for strip in 0..self.found {
+        let more = rows[1] - rows[0];
+        for strip in 0..STRIPS_FOUND {
+            let have = more.simd_ge(strip as f32) & names;
+            if strip > 0 && have.to_bitmask().count_ones() < FEWEST_MORE {
+                break;
+            }
+            self.found = strip + 1;
             let row = (strip as i32 * TILE_SIZE) as f32;
             let upper = edges.of_four_rows(row, [left, right]);
             let lower = edges.of_four_rows(row + 4.0, [left, right]);
             store_rows(upper[0], lower[0], &mut self.first[strip]);
             store_rows(upper[1], lower[1], &mut self.end[strip]);
-            self.find_halves(simd, block, strip, y, corner[1]);
+            self.find_halves(simd, block, strip, [y0, y1], corner[1]);
         }
     }
 

@@ -255,8 +255,8 @@ impl<S: Simd> Merger<S> {
         let near = S::f32s::from_slice(simd, &parts.near[range.clone()]);
         let far_samples = coverage & !near_samples;
         // Samples that a layer shows nearer, or as near.
-        let hidden = far.simd_ge(depth).select(far_samples, none)
-            | near.simd_ge(depth).select(near_samples, none);
+        let hidden = of_parts::<S>(far.simd_ge(depth), far_samples)
+            | of_parts::<S>(near.simd_ge(depth), near_samples);
         let new = mask & !hidden;
         if new.simd_eq(none).all_true() {
             return;
@@ -271,14 +271,15 @@ impl<S: Simd> Merger<S> {
             depth.store_slice(&mut parts.far[range]);
             return;
         }
-        let [far, near] = Layer::<S>::two_of_three([
+        let layers = [
             Layer::new(far_samples, far),
             Layer::new(near_samples, near),
             Layer::new(new, depth),
-        ]);
+        ];
+        let (far, near) = Layer::<S>::two_of_three(layers);
         near.samples
             .store_slice(&mut parts.near_samples[range.clone()]);
-        far.depth.store_slice(&mut parts.far[range.clone()]);
+        far.store_slice(&mut parts.far[range.clone()]);
         near.depth.store_slice(&mut parts.near[range]);
     }
 }
@@ -332,7 +333,14 @@ impl<S: Simd> Depths<S> {
     }
 }
 
-/// A layer of several parts: see [`crate::tile`]. Minus infinity is the depth where there is no sample.
+/// The samples of the parts that a mask names. (As floats: an AND, where integers take two instructions.)
+#[inline(always)]
+fn of_parts<S: Simd>(parts: S::mask32s, samples: S::u32s) -> S::u32s {
+    let none = S::f32s::splat(samples.token(), 0.0);
+    parts.select(samples.bitcast::<S::f32s>(), none).bitcast()
+}
+
+/// A layer of several parts: see [`crate::tile`].
 #[derive(Clone, Copy)]
 struct Layer<S: Simd> {
     samples: S::u32s,
@@ -343,64 +351,36 @@ impl<S: Simd> Layer<S> {
     #[inline(always)]
     fn new(samples: S::u32s, depth: S::f32s) -> Layer<S> {
         let simd = samples.token();
-        let absent = S::f32s::splat(simd, f32::NEG_INFINITY);
+        let uncovered = S::f32s::splat(simd, UNCOVERED);
         let none = S::u32s::splat(simd, 0);
         Layer {
             samples,
-            depth: samples.simd_eq(none).select(absent, depth),
+            depth: samples.simd_eq(none).select(uncovered, depth),
         }
     }
 
+    /// The samples where the layer is nearer than this.
     #[inline(always)]
-    fn select(mask: S::mask32s, a: Layer<S>, b: Layer<S>) -> Layer<S> {
-        Layer {
-            samples: mask.select(a.samples, b.samples),
-            depth: mask.select(a.depth, b.depth),
-        }
+    fn nearer_than(&self, depth: S::f32s) -> S::u32s {
+        of_parts::<S>(self.depth.simd_gt(depth), self.samples)
     }
 
-    /// The farther first; as they are where neither is.
+    /// What three layers become: the depth of the far one, and the near one. [`crate::tile`]'s rule, by selection.
     #[inline(always)]
-    fn sort([a, b]: [Layer<S>; 2]) -> [Layer<S>; 2] {
-        let swap = b.depth.simd_lt(a.depth);
-        [Layer::select(swap, b, a), Layer::select(swap, a, b)]
-    }
-
-    /// The far and the near layer that three become: [`crate::tile`]'s rule, by selection.
-    #[inline(always)]
-    fn two_of_three([far, near, new]: [Layer<S>; 3]) -> [Layer<S>; 2] {
-        let simd = far.samples.token();
-        let none = S::u32s::splat(simd, 0);
-        let absent = S::f32s::splat(simd, f32::NEG_INFINITY);
-        let [a, b] = Layer::<S>::sort([far, near]);
-        let [b, c] = Layer::sort([b, new]);
-        let [a, b] = Layer::sort([a, b]);
-        let only_two = a.depth.simd_eq(absent);
-        let gap_is_farther =
-            ((b.depth - a.depth) * c.depth.abs()).simd_le((c.depth - b.depth) * a.depth.abs());
-        let b_is_far = only_two | gap_is_farther;
-        let far = Layer::<S> {
-            samples: a.samples | b_is_far.select(b.samples, none),
-            depth: only_two.select(b.depth, a.depth),
+    fn two_of_three([far, near, new]: [Layer<S>; 3]) -> (S::f32s, Layer<S>) {
+        let (farther, nearer) = (far.depth.min(near.depth), far.depth.max(near.depth));
+        let a = farther.min(new.depth);
+        let b = farther.max(nearer.min(new.depth));
+        let c = nearer.max(new.depth);
+        let farther_two_are_closer = ((b - a) * c.abs()).simd_le((c - b) * a.abs());
+        let are_three = c.simd_lt(S::f32s::splat(c.token(), UNCOVERED));
+        let last_of_far = (are_three & farther_two_are_closer).select(b, a);
+        let near = Layer {
+            samples: far.nearer_than(last_of_far)
+                | near.nearer_than(last_of_far)
+                | new.nearer_than(last_of_far),
+            depth: b.simd_gt(last_of_far).select(b, c),
         };
-        let near = Layer::<S> {
-            samples: c.samples | b_is_far.select(none, b.samples),
-            depth: b_is_far.select(c.depth, b.depth),
-        };
-        let only_one = far.depth.simd_eq(absent);
-        let is_one = only_one | far.depth.simd_eq(near.depth);
-        let depth = only_one.select(near.depth, far.depth);
-        [
-            Layer {
-                samples: is_one.select(far.samples | near.samples, far.samples),
-                depth: depth
-                    .simd_eq(absent)
-                    .select(S::f32s::splat(simd, UNCOVERED), depth),
-            },
-            Layer {
-                samples: is_one.select(none, near.samples),
-                depth: near.depth,
-            },
-        ]
+        (a, near)
     }
 }

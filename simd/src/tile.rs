@@ -88,52 +88,30 @@ fn merge_layer([mut far, mut near]: [Layer; 2], mut new: Layer) -> [Layer; 2] {
     }
     far.samples &= !new.samples;
     near.samples &= !new.samples;
-    // Farthest first, empty ones before them.
-    let is_before = |a: Layer, b: Layer| a.samples == 0 || b.samples != 0 && a.depth <= b.depth;
-    let [a, b] = if is_before(far, near) {
-        [far, near]
+    let layers = [far, near, new].map(|layer| if layer.samples == 0 { EMPTY } else { layer });
+    // Farthest first, empty ones last.
+    let mut depths = layers.map(|layer| layer.depth);
+    depths.sort_unstable_by(f32::total_cmp);
+    let [a, b, c] = depths;
+    // Depth is near / distance: the gap between distances 1/a and 1/b is (b − a) / (a·b). Both sides are multiplied by
+    // a·b·c. For depths that are −distance it is a guess; any choice is safe.
+    let farther_two_are_closer = (b - a) * c.abs() <= (c - b) * a.abs();
+    let last_of_far = if c < UNCOVERED && farther_two_are_closer {
+        b
     } else {
-        [near, far]
+        a
     };
-    let [a, b, c] = if is_before(b, new) {
-        [a, b, new]
-    } else if is_before(a, new) {
-        [a, new, b]
-    } else {
-        [new, a, b]
-    };
-    match (a.samples, b.samples) {
-        (0, 0) => [c, EMPTY],
-        (0, _) => distinct(b, c),
-        _ => {
-            // Depth is near / distance: the gap between distances 1/a and 1/b is (b − a) / (a·b). Both sides are
-            // multiplied by a·b·c. For depths that are −distance it is a guess; any choice is safe.
-            let farther_two_are_closer =
-                (b.depth - a.depth) * c.depth.abs() <= (c.depth - b.depth) * a.depth.abs();
-            if farther_two_are_closer {
-                distinct(joined(a, b), c)
-            } else {
-                distinct(a, joined(b, c))
-            }
+    let [mut far, mut near] = [EMPTY; 2];
+    for layer in layers {
+        if layer.depth > last_of_far {
+            near.samples |= layer.samples;
+        } else {
+            far.samples |= layer.samples;
         }
     }
-}
-
-/// Two layers as one, at the depth of the first, the farther.
-fn joined(far: Layer, near: Layer) -> Layer {
-    Layer {
-        samples: far.samples | near.samples,
-        depth: far.depth,
-    }
-}
-
-/// Two layers, or one if they have the same depth: a surface in pieces is kept as one in a piece.
-fn distinct(far: Layer, near: Layer) -> [Layer; 2] {
-    if far.depth == near.depth {
-        [joined(far, near), EMPTY]
-    } else {
-        [far, near]
-    }
+    far.depth = a;
+    near.depth = if b > last_of_far { b } else { c };
+    [far, near]
 }
 
 #[cfg(test)]

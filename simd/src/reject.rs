@@ -8,10 +8,11 @@
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
-use crate::assemble::{Drawing, MOST_VERTICES, VertexSet, Vertices};
+use crate::assemble::Drawing;
 use crate::closer::LayeredTiles;
 use crate::coverage::rectangle_mask;
 use crate::order::greater;
+use crate::project::Vertices;
 use crate::quad::TINY;
 use crate::set_up::coordinates;
 use crate::spans::{BLOCK, SpanPolygon};
@@ -46,12 +47,12 @@ pub(crate) fn reject<S: Simd>(
     let mut places = [[[0.0; 2]; BLOCK]; 4];
     for (i, quad) in quads.iter().enumerate() {
         for (places, &vertex) in places.iter_mut().zip(quad) {
-            places[i] = vertices.place[usize::from(vertex) % MOST_VERTICES];
+            places[i] = vertices.place[usize::from(vertex)];
         }
     }
     let mut left = Left::default();
     let mut candidates = (1_u64 << quads.len()) - 1;
-    if vertices.inside != VertexSet::ALL {
+    if !vertices.all_inside {
         for (i, &quad) in quads.iter().enumerate() {
             if !vertices.inside.has_all(quad) {
                 candidates &= !(1 << i);
@@ -86,7 +87,7 @@ pub(crate) fn reject<S: Simd>(
         if left & upper & !drawn.coverage[first] != 0 {
             continue;
         }
-        let [a, b, c, d] = quads[i].map(|v| vertices.depth[usize::from(v) % MOST_VERTICES]);
+        let [a, b, c, d] = quads[i].map(|v| vertices.depth[usize::from(v)]);
         let nearest = greater(greater(a, b), greater(c, d)) as f32;
         let (to_right, down) = (extents.to_right[i] as usize, extents.down[i] as usize);
         let hidden = drawn.hides(first, left & upper, nearest)

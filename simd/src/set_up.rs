@@ -5,9 +5,10 @@
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
-use crate::assemble::{Drawing, MOST_VERTICES, Vertices};
+use crate::assemble::Drawing;
 use crate::order::{largest, least};
 use crate::part_depth::{LARGEST, ROUNDING};
+use crate::project::Vertices;
 use crate::quad::BEND;
 use crate::small::SMALL;
 use crate::spans::{BLOCK, EDGES, EXCHANGES, HORIZONTAL, SpanBlock};
@@ -28,7 +29,7 @@ pub(crate) fn set_up_block<S: Simd>(
     let mut depths = [[0.0; BLOCK]; 4];
     for (i, &quad) in named.iter().enumerate() {
         for (corner, &vertex) in quads[usize::from(quad)].iter().enumerate() {
-            let vertex = usize::from(vertex) % MOST_VERTICES;
+            let vertex = usize::from(vertex);
             places[corner][i] = vertices.place[vertex];
             depths[corner][i] = vertices.depth[vertex];
         }

@@ -15,8 +15,8 @@ use crate::closer::LayeredTiles;
 use crate::project::{Vertices, project};
 use crate::quad::Quad;
 use crate::reject::{Left, is_hidden, reject};
-use crate::set_up::set_up_block;
-use crate::spans::{BLOCK, SpanBlock};
+use crate::set_up::{SetUpMemory, set_up_block};
+use crate::spans::{BLOCK, SpanBlocks};
 use crate::triangle::CullMode;
 use crate::vertex::{ClipVertex, ScreenTransform, transform};
 
@@ -64,6 +64,7 @@ pub struct Drawing<'a> {
 #[derive(Clone, Debug)]
 pub struct AssembleMemory {
     vertices: Vertices,
+    set_up: SetUpMemory,
     /// The triangles of quadrilaterals that cannot be drawn as one.
     apart: Vec<[u8; 4]>,
 }
@@ -72,6 +73,7 @@ impl Default for AssembleMemory {
     fn default() -> AssembleMemory {
         AssembleMemory {
             vertices: Vertices::default(),
+            set_up: SetUpMemory::default(),
             apart: Vec::with_capacity(2 * MOST_QUADS),
         }
     }
@@ -88,7 +90,7 @@ pub fn assemble(
     cluster: Cluster<'_>,
     drawing: Drawing<'_>,
     memory: &mut AssembleMemory,
-    blocks: &mut Vec<SpanBlock>,
+    blocks: &mut SpanBlocks,
     to_clip: &mut Vec<[u8; 3]>,
 ) {
     assert!(
@@ -125,7 +127,7 @@ fn assemble_plain(
     cluster: Cluster<'_>,
     drawing: Drawing<'_>,
     memory: &mut AssembleMemory,
-    blocks: &mut Vec<SpanBlock>,
+    blocks: &mut SpanBlocks,
     to_clip: &mut Vec<[u8; 3]>,
 ) {
     let vertex = |i: usize| {
@@ -157,7 +159,7 @@ fn assemble_plain(
             Some(Quad::Apart) | None => apart |= 1 << index,
         }
     }
-    SpanBlock::pack(whole.drain(..), blocks);
+    blocks.pack(whole.drain(..));
     take_apart(cluster.quads, apart, &mut memory.apart);
     for &corners in &memory.apart {
         match quad(&corners) {
@@ -168,7 +170,7 @@ fn assemble_plain(
             None => to_clip.push([corners[0], corners[1], corners[2]]),
         }
     }
-    SpanBlock::pack(whole.into_iter(), blocks);
+    blocks.pack(whole.into_iter());
 }
 
 #[inline(always)]
@@ -177,10 +179,14 @@ fn assemble_vector<S: Simd>(
     cluster: Cluster<'_>,
     drawing: Drawing<'_>,
     memory: &mut AssembleMemory,
-    blocks: &mut Vec<SpanBlock>,
+    blocks: &mut SpanBlocks,
     to_clip: &mut Vec<[u8; 3]>,
 ) {
-    let AssembleMemory { vertices, apart } = memory;
+    let AssembleMemory {
+        vertices,
+        set_up,
+        apart,
+    } = memory;
     project(simd, cluster, drawing.screen, vertices);
     // First the quadrilaterals, then the triangles of those that came apart; in one loop, for there is a lot of code in it.
     let mut of_apart: Option<[usize; 2]> = None;
@@ -189,7 +195,7 @@ fn assemble_vector<S: Simd>(
             None => cluster.quads,
             Some([first, end]) => &apart[first..end],
         };
-        let left = set_up_all(simd, quads, drawing, vertices, blocks);
+        let left = set_up_all(simd, quads, drawing, vertices, set_up, blocks);
         if of_apart.is_none() {
             take_apart(cluster.quads, left.apart | left.outside, apart);
         } else {
@@ -214,7 +220,8 @@ fn set_up_all<S: Simd>(
     quads: &[[u8; 4]],
     drawing: Drawing<'_>,
     vertices: &Vertices,
-    blocks: &mut Vec<SpanBlock>,
+    memory: &mut SetUpMemory,
+    blocks: &mut SpanBlocks,
 ) -> Left {
     let mut left = Left::default();
     let mut to_set_up = [0_u8; BLOCK];
@@ -231,14 +238,15 @@ fn set_up_all<S: Simd>(
             to_set_up[waiting] = (first + i) as u8;
             waiting += 1;
             if waiting == BLOCK {
-                left.apart |= set_up_block(simd, quads, &to_set_up, drawing, vertices, blocks);
+                left.apart |=
+                    set_up_block(simd, quads, &to_set_up, drawing, vertices, memory, blocks);
                 waiting = 0;
             }
         }
     }
     if waiting > 0 {
         let rest = &to_set_up[..waiting];
-        left.apart |= set_up_block(simd, quads, rest, drawing, vertices, blocks);
+        left.apart |= set_up_block(simd, quads, rest, drawing, vertices, memory, blocks);
     }
     left
 }

@@ -4,14 +4,10 @@
 //! at each is more than the rows. So the first strips of all small polygons of a block are found together, row by row, in
 //! f32.
 //!
-//! That is exact enough. Let coordinates count samples from the corner of the polygon's first tile. Then |A| and |B| are at
-//! most [`SMALL`] sub-pixels, rows are below 16, columns below 57, and a crossing that matters is at most 57 in size. With
-//! `s = |B|/|A|`, its value at the first row is off by half a unit of `57 + 16·s`, the slope by one of `s`, its product with
-//! the row by one of `15·s`, and the sum by one of 57: together `2⁻²⁴·(114·|A| + 46·|B|)/|A|`, less than `0.12/|A|`. With the
-//! `2⁻⁸/|A|` of the numbers that this starts from it stays below the `½/|A|` that [`crate::spans`] asks for.
+//! That is exact enough: [`crate::spans`] has the bound.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x8, f64x8, i32x8, mask32x8, u32x8};
+use fearless_simd::{Simd, f32x8, i32x8, mask32x8, u32x8};
 
 use crate::spans::{BLOCK, EDGES, SpanBlock};
 use crate::{PART_HEIGHT, PARTS_PER_TILE, TILE_SIZE};
@@ -20,10 +16,10 @@ use crate::{PART_HEIGHT, PARTS_PER_TILE, TILE_SIZE};
 pub const SMALL: i32 = 48 * crate::SUBPIXELS;
 
 /// Strips of each polygon that are found here.
-const STRIPS_FOUND: usize = 2;
+const STRIPS_FOUND: usize = 4;
 
-/// A second strip is found here if so many polygons have one.
-const FEWEST_SECOND: u32 = 2;
+/// Strips below the first are found here if so many polygons have one.
+const FEWEST_BELOW: u32 = 1;
 
 /// The first strips of the small polygons of a block.
 pub(crate) struct SmallStrips {
@@ -54,31 +50,40 @@ impl SmallStrips {
     /// Finds the strips of the polygons that `small` names.
     #[inline(always)]
     pub(crate) fn find<S: Simd>(&mut self, simd: S, block: &SpanBlock, small: u8) {
-        let names = mask32x8::from_bitmask(simd, u64::from(small));
-        let zero = f32x8::splat(simd, 0.0);
+        // Lanes of other polygons hold numbers too, which nobody reads.
         let tile = TILE_SIZE as f32;
-        let x = [0, 1].map(|end| names.select(narrow(simd, &block.x[end]), zero));
-        let y = [0, 1].map(|end| names.select(narrow(simd, &block.y[end]), zero));
-        let tiles = x.map(|x| (x * (1.0 / tile)).floor());
-        let rows = y.map(|y| (y * (1.0 / tile)).floor());
-        for end in 0..2 {
-            to_whole(simd, tiles[end]).store_array(&mut self.tiles[end]);
-            to_whole(simd, rows[end]).store_array(&mut self.rows[end]);
-        }
-        let corner = [tiles[0] * tile, rows[0] * tile];
-        let left = x[0] - corner[0];
-        let right = x[1] - corner[0] + 1.0;
-        let edges = Edges::new(simd, block, small, corner);
+        let first_x = f32x8::load_array_ref(simd, &block.x[0]);
+        let last_x = f32x8::load_array_ref(simd, &block.x[1]);
+        let first_y = f32x8::load_array_ref(simd, &block.y[0]);
+        let last_y = f32x8::load_array_ref(simd, &block.y[1]);
+        let first_column = (first_x * (1.0 / tile)).floor();
+        let last_column = (last_x * (1.0 / tile)).floor();
+        let first_row = (first_y * (1.0 / tile)).floor();
+        let last_row = (last_y * (1.0 / tile)).floor();
+        to_whole(simd, first_column).store_array(&mut self.tiles[0]);
+        to_whole(simd, last_column).store_array(&mut self.tiles[1]);
+        to_whole(simd, first_row).store_array(&mut self.rows[0]);
+        to_whole(simd, last_row).store_array(&mut self.rows[1]);
+        let corner = [first_column * tile, first_row * tile];
+        let left = first_x - corner[0];
+        let right = last_x - corner[0] + 1.0;
+        let edges = Edges::new(simd, block);
 
-        let more = (rows[0].simd_lt(rows[1]) & names).to_bitmask().count_ones();
-        self.found = if more < FEWEST_SECOND { 1 } else { 2 };
-        for strip in 0..self.found {
+        let last = last_row - first_row;
+        self.found = 0;
+        while self.found < STRIPS_FOUND {
+            let strip = self.found;
+            let has_strip = last.simd_ge(strip as f32).to_bitmask() & u64::from(small);
+            if strip > 0 && has_strip.count_ones() < FEWEST_BELOW {
+                return;
+            }
             let row = (strip as i32 * TILE_SIZE) as f32;
             let upper = edges.of_four_rows(row, [left, right]);
             let lower = edges.of_four_rows(row + 4.0, [left, right]);
             store_rows(upper[0], lower[0], &mut self.first[strip]);
             store_rows(upper[1], lower[1], &mut self.end[strip]);
-            self.find_halves(simd, block, strip, y, corner[1]);
+            self.find_halves(simd, block, strip, [first_y, last_y], corner[1]);
+            self.found += 1;
         }
     }
 
@@ -115,28 +120,24 @@ struct Edges<S: Simd> {
 
 impl<S: Simd> Edges<S> {
     #[inline(always)]
-    fn new(simd: S, block: &SpanBlock, small: u8, [x, y]: [f32x8<S>; 2]) -> Self {
-        let names = mask32x8::from_bitmask(simd, u64::from(small));
-        let nothing = f32x8::splat(simd, 0.0);
-        let (x, y) = (widen(simd, x), widen(simd, y));
-        let slopes = block
-            .slope
-            .each_ref()
-            .map(|s| f64x8::load_array_ref(simd, s));
-        let mut at_zero = [nothing; EDGES];
-        let mut slope = [nothing; EDGES];
-        for edge in 0..EDGES {
-            let at = slopes[edge] * y + f64x8::load_array_ref(simd, &block.at_zero[edge]) - x;
-            // What is not small may be anything.
-            at_zero[edge] = names.select(narrow_lanes(simd, at), nothing);
-            slope[edge] = names.select(narrow_lanes(simd, slopes[edge]), nothing);
-        }
+    fn new(simd: S, block: &SpanBlock) -> Self {
+        let load = |edge: &[f32; BLOCK]| f32x8::load_array_ref(simd, edge);
+        let (slope, at_zero) = (&block.small_slope, &block.small_at_zero);
+        let lower = |edge: usize| mask32x8::from_bitmask(simd, u64::from(block.lower[edge]));
         Edges {
-            slope,
-            at_zero,
-            lower: block
-                .lower
-                .map(|bits| mask32x8::from_bitmask(simd, u64::from(bits))),
+            slope: [
+                load(&slope[0]),
+                load(&slope[1]),
+                load(&slope[2]),
+                load(&slope[3]),
+            ],
+            at_zero: [
+                load(&at_zero[0]),
+                load(&at_zero[1]),
+                load(&at_zero[2]),
+                load(&at_zero[3]),
+            ],
+            lower: [lower(0), lower(1)],
         }
     }
 
@@ -177,23 +178,6 @@ fn store_rows<S: Simd>(upper: u32x8<S>, lower: u32x8<S>, into: &mut [u64; BLOCK]
     let words: &mut [u32] = bytemuck::cast_slice_mut(into);
     low.store_slice(&mut words[..BLOCK]);
     high.store_slice(&mut words[BLOCK..]);
-}
-
-#[inline(always)]
-fn narrow<S: Simd>(simd: S, v: &[f64; BLOCK]) -> f32x8<S> {
-    narrow_lanes(simd, f64x8::load_array_ref(simd, v))
-}
-
-#[inline(always)]
-fn narrow_lanes<S: Simd>(simd: S, v: f64x8<S>) -> f32x8<S> {
-    let (low, high) = simd.split_f64x8(v);
-    low.narrow(high)
-}
-
-#[inline(always)]
-fn widen<S: Simd>(simd: S, v: f32x8<S>) -> f64x8<S> {
-    let (low, high) = v.widen();
-    simd.combine_f64x4(low, high)
 }
 
 #[inline(always)]

@@ -4,7 +4,9 @@
 //! at each is more than the rows. So the first strips of all small polygons of a block are found together, row by row, in
 //! f32.
 //!
-//! That is exact enough: [`crate::spans`] has the bound.
+//! That is exact enough: [`crate::spans`] has the bound. Of four rows the crossings of the first are found so, and what one, two
+//! and three rows make is added for the others. That is one more rounding of a number up to 57, and the first row's are up to
+//! 3·|B|/|A| larger: less than `0.38/|A|` instead of `0.33/|A|`.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, i32x8, mask32x8, u32x8};
@@ -113,6 +115,9 @@ impl SmallStrips {
 /// Where the edges of small polygons cross rows that are counted, like columns, from their first tiles.
 struct Edges<S: Simd> {
     slope: [f32x8<S>; EDGES],
+    /// What two rows add, and three.
+    two_rows: [f32x8<S>; EDGES],
+    three_rows: [f32x8<S>; EDGES],
     at_zero: [f32x8<S>; EDGES],
     /// Whether the second and the third have their inside on the right.
     lower: [mask32x8<S>; 2],
@@ -124,13 +129,24 @@ impl<S: Simd> Edges<S> {
         let load = |edge: &[f32; BLOCK]| f32x8::load_array_ref(simd, edge);
         let (slope, at_zero) = (&block.small_slope, &block.small_at_zero);
         let lower = |edge: usize| mask32x8::from_bitmask(simd, u64::from(block.lower[edge]));
+        let slope = [
+            load(&slope[0]),
+            load(&slope[1]),
+            load(&slope[2]),
+            load(&slope[3]),
+        ];
+        let times = |rows: f32| {
+            [
+                slope[0] * rows,
+                slope[1] * rows,
+                slope[2] * rows,
+                slope[3] * rows,
+            ]
+        };
         Edges {
-            slope: [
-                load(&slope[0]),
-                load(&slope[1]),
-                load(&slope[2]),
-                load(&slope[3]),
-            ],
+            slope,
+            two_rows: times(2.0),
+            three_rows: times(3.0),
             at_zero: [
                 load(&at_zero[0]),
                 load(&at_zero[1]),
@@ -144,10 +160,24 @@ impl<S: Simd> Edges<S> {
     /// A byte for each of four rows: the first covered columns, and the first after those that are not covered.
     #[inline(always)]
     fn of_four_rows(&self, y: f32, within: [f32x8<S>; 2]) -> [u32x8<S>; 2] {
-        let [a, e] = self.of_row(y, within);
-        let [b, f] = self.of_row(y + 1.0, within);
-        let [c, g] = self.of_row(y + 2.0, within);
-        let [d, h] = self.of_row(y + 3.0, within);
+        let first = [
+            self.slope[0] * y + self.at_zero[0],
+            self.slope[1] * y + self.at_zero[1],
+            self.slope[2] * y + self.at_zero[2],
+            self.slope[3] * y + self.at_zero[3],
+        ];
+        let below = |rows: &[f32x8<S>; EDGES]| {
+            [
+                first[0] + rows[0],
+                first[1] + rows[1],
+                first[2] + rows[2],
+                first[3] + rows[3],
+            ]
+        };
+        let [a, e] = self.of_row(first, within);
+        let [b, f] = self.of_row(below(&self.slope), within);
+        let [c, g] = self.of_row(below(&self.two_rows), within);
+        let [d, h] = self.of_row(below(&self.three_rows), within);
         [
             a | b << 8_u32 | c << 16_u32 | d << 24_u32,
             e | f << 8_u32 | g << 16_u32 | h << 24_u32,
@@ -155,11 +185,11 @@ impl<S: Simd> Edges<S> {
     }
 
     #[inline(always)]
-    fn of_row(&self, y: f32, [left, right]: [f32x8<S>; 2]) -> [u32x8<S>; 2] {
-        let v0 = self.slope[0] * y + self.at_zero[0];
-        let v1 = self.slope[1] * y + self.at_zero[1];
-        let v2 = self.slope[2] * y + self.at_zero[2];
-        let v3 = self.slope[3] * y + self.at_zero[3];
+    fn of_row(
+        &self,
+        [v0, v1, v2, v3]: [f32x8<S>; EDGES],
+        [left, right]: [f32x8<S>; 2],
+    ) -> [u32x8<S>; 2] {
         let [second, third] = self.lower;
         let first = v0.max(second.select(v1, v0)).max(third.select(v2, v0));
         let end = v3.min(second.select(v3, v1)).min(third.select(v3, v2));

@@ -19,7 +19,7 @@ use antumbra_simd::closer::is_box_hidden;
 use antumbra_simd::projected::CornerBox;
 use antumbra_simd::pyramid::{sum_2x2, uncovered};
 use antumbra_simd::query::{Rectangle, is_behind_all};
-use antumbra_simd::spans::SpanBlock;
+use antumbra_simd::spans::SpanBlocks;
 use common::clusters::{Canvas, cluster, layered, tiles};
 use common::{Chance, mesh, quick, size};
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
@@ -78,12 +78,7 @@ fn drawn(hills: &Mesh) -> TileBuffer {
 }
 
 /// A mesh's triangles as blocks, before a picture that shows nothing yet.
-fn assemble_all(
-    level: Level,
-    mesh: &ClusteredMesh,
-    nothing: &TileBuffer,
-    blocks: &mut Vec<SpanBlock>,
-) {
+fn assemble_all(level: Level, mesh: &ClusteredMesh, nothing: &TileBuffer, blocks: &mut SpanBlocks) {
     let screen = camera().screen_from_eye(size());
     let drawing = Drawing {
         screen: &screen,
@@ -106,7 +101,7 @@ fn triangles(c: &mut Criterion) {
     for (what, pixels) in [("small", 8), ("large", 128)] {
         let hills = ClusteredMesh::new(&hills(pixels));
         let count = hills.triangle_count() as u64;
-        let mut blocks = Vec::new();
+        let mut blocks = SpanBlocks::default();
         assemble_all(Level::best(), &hills, &nothing, &mut blocks);
         let empty = Canvas::new(size());
         let mut full = empty.clone();
@@ -116,7 +111,7 @@ fn triangles(c: &mut Criterion) {
             let mut group = c.benchmark_group("assemble");
             group.throughput(Throughput::Elements(count));
             group.bench_function(BenchmarkId::new(what, level), |b| {
-                let mut blocks = Vec::new();
+                let mut blocks = SpanBlocks::default();
                 b.iter(|| assemble_all(level, &hills, &nothing, &mut blocks));
             });
             group.finish();

@@ -15,7 +15,7 @@ use antumbra::raster::{ClusterAssembler, CullMode, Geometry, Positions, TileBuff
 use antumbra::scene::{Aabb, Scene};
 use antumbra::view::Camera;
 use antumbra_fixtures::Kind;
-use antumbra_simd::spans::SpanBlock;
+use antumbra_simd::spans::SpanBlocks;
 use common::clusters::{Canvas, cluster};
 use common::{Stage, quick, settings, size};
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
@@ -68,7 +68,7 @@ impl View {
         clusters: &ClusteredScene,
         nothing: &TileBuffer,
         level: Level,
-        blocks: &mut Vec<SpanBlock>,
+        blocks: &mut SpanBlocks,
     ) {
         let mut assembler = ClusterAssembler::default();
         blocks.clear();
@@ -133,7 +133,7 @@ fn raster(c: &mut Criterion) {
         let level = Level::best();
         let clusters = ClusteredScene::new(&view.scene);
         let nothing = TileBuffer::new(size());
-        let mut blocks = Vec::new();
+        let mut blocks = SpanBlocks::default();
         view.assemble(&clusters, &nothing, level, &mut blocks);
         let triangles = blocks
             .iter()
@@ -143,7 +143,7 @@ fn raster(c: &mut Criterion) {
         let mut group = c.benchmark_group("raster");
         group.throughput(Throughput::Elements(triangles));
         group.bench_function(BenchmarkId::new("clusters assembled", name), |b| {
-            let mut blocks = Vec::new();
+            let mut blocks = SpanBlocks::default();
             b.iter(|| view.assemble(&clusters, &nothing, level, &mut blocks));
         });
         group.bench_function(BenchmarkId::new("clusters filled", name), |b| {

@@ -8,17 +8,17 @@
 //! Quadrilaterals that cannot be drawn as one are set up as triangles, after all others of the cluster. A triangle with a
 //! vertex outside the near or far plane or the guard band is not set up here but named, for the caller to clip.
 
-use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch};
 
+use crate::Level;
 use crate::closer::LayeredTiles;
+use crate::project::{Vertices, project};
 use crate::quad::Quad;
 use crate::reject::{Left, is_hidden, reject};
-use crate::set_up::set_up_block;
-use crate::spans::{BLOCK, SpanBlock};
+use crate::set_up::{SetUpMemory, set_up_block};
+use crate::spans::{BLOCK, SpanBlocks};
 use crate::triangle::CullMode;
 use crate::vertex::{ClipVertex, ScreenTransform, transform};
-use crate::{GUARD_BAND, Level};
 
 /// The most quadrilaterals a cluster may have.
 pub const MOST_QUADS: usize = 64;
@@ -64,61 +64,16 @@ pub struct Drawing<'a> {
 #[derive(Clone, Debug)]
 pub struct AssembleMemory {
     vertices: Vertices,
+    set_up: SetUpMemory,
     /// The triangles of quadrilaterals that cannot be drawn as one.
     apart: Vec<[u8; 4]>,
-}
-
-/// A bit for each vertex of a cluster.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct VertexSet([u64; MOST_VERTICES / 64]);
-
-impl VertexSet {
-    pub(crate) const NONE: VertexSet = VertexSet([0; MOST_VERTICES / 64]);
-    pub(crate) const ALL: VertexSet = VertexSet([u64::MAX; MOST_VERTICES / 64]);
-
-    /// Whether it has all corners of a quadrilateral.
-    #[inline(always)]
-    pub(crate) fn has_all(&self, quad: [u8; 4]) -> bool {
-        let has = |v: u8| self.0[usize::from(v) % MOST_VERTICES / 64] >> (v % 64) & 1 == 1;
-        has(quad[0]) && has(quad[1]) && has(quad[2]) && has(quad[3])
-    }
-
-    /// Adds a vector of vertices that begins with number `at`: no vector reaches over two words.
-    #[inline(always)]
-    fn add(&mut self, vertices: u64, at: usize) {
-        self.0[at / 64] |= vertices << (at % 64);
-    }
-
-    /// Adds all vertices from number `first`.
-    fn add_from(&mut self, first: usize) {
-        for (word, bits) in self.0.iter_mut().enumerate() {
-            let start = first.saturating_sub(64 * word);
-            *bits |= if start < 64 { u64::MAX << start } else { 0 };
-        }
-    }
-}
-
-/// A cluster's vertices on the sub-pixel grid.
-#[derive(Clone, Debug)]
-pub(crate) struct Vertices {
-    /// Columns and rows in sub-pixels: whole numbers below 2²⁴, exact in f32.
-    pub(crate) place: [[f32; 2]; MOST_VERTICES],
-    pub(crate) depth: [f64; MOST_VERTICES],
-    /// Which vertices can be used as they are.
-    pub(crate) inside: VertexSet,
-    /// Which vertices lie in front of the near plane.
-    pub(crate) too_near: VertexSet,
 }
 
 impl Default for AssembleMemory {
     fn default() -> AssembleMemory {
         AssembleMemory {
-            vertices: Vertices {
-                place: [[0.0; 2]; MOST_VERTICES],
-                depth: [0.0; MOST_VERTICES],
-                inside: VertexSet::NONE,
-                too_near: VertexSet::NONE,
-            },
+            vertices: Vertices::default(),
+            set_up: SetUpMemory::default(),
             apart: Vec::with_capacity(2 * MOST_QUADS),
         }
     }
@@ -135,7 +90,7 @@ pub fn assemble(
     cluster: Cluster<'_>,
     drawing: Drawing<'_>,
     memory: &mut AssembleMemory,
-    blocks: &mut Vec<SpanBlock>,
+    blocks: &mut SpanBlocks,
     to_clip: &mut Vec<[u8; 3]>,
 ) {
     assert!(
@@ -172,7 +127,7 @@ fn assemble_plain(
     cluster: Cluster<'_>,
     drawing: Drawing<'_>,
     memory: &mut AssembleMemory,
-    blocks: &mut Vec<SpanBlock>,
+    blocks: &mut SpanBlocks,
     to_clip: &mut Vec<[u8; 3]>,
 ) {
     let vertex = |i: usize| {
@@ -204,7 +159,7 @@ fn assemble_plain(
             Some(Quad::Apart) | None => apart |= 1 << index,
         }
     }
-    SpanBlock::pack(whole.drain(..), blocks);
+    blocks.pack(whole.drain(..));
     take_apart(cluster.quads, apart, &mut memory.apart);
     for &corners in &memory.apart {
         match quad(&corners) {
@@ -215,7 +170,7 @@ fn assemble_plain(
             None => to_clip.push([corners[0], corners[1], corners[2]]),
         }
     }
-    SpanBlock::pack(whole.into_iter(), blocks);
+    blocks.pack(whole.into_iter());
 }
 
 #[inline(always)]
@@ -224,10 +179,14 @@ fn assemble_vector<S: Simd>(
     cluster: Cluster<'_>,
     drawing: Drawing<'_>,
     memory: &mut AssembleMemory,
-    blocks: &mut Vec<SpanBlock>,
+    blocks: &mut SpanBlocks,
     to_clip: &mut Vec<[u8; 3]>,
 ) {
-    let AssembleMemory { vertices, apart } = memory;
+    let AssembleMemory {
+        vertices,
+        set_up,
+        apart,
+    } = memory;
     project(simd, cluster, drawing.screen, vertices);
     // First the quadrilaterals, then the triangles of those that came apart; in one loop, for there is a lot of code in it.
     let mut of_apart: Option<[usize; 2]> = None;
@@ -236,7 +195,7 @@ fn assemble_vector<S: Simd>(
             None => cluster.quads,
             Some([first, end]) => &apart[first..end],
         };
-        let left = set_up_all(simd, quads, drawing, vertices, blocks);
+        let left = set_up_all(simd, quads, drawing, vertices, set_up, blocks);
         if of_apart.is_none() {
             take_apart(cluster.quads, left.apart | left.outside, apart);
         } else {
@@ -261,7 +220,8 @@ fn set_up_all<S: Simd>(
     quads: &[[u8; 4]],
     drawing: Drawing<'_>,
     vertices: &Vertices,
-    blocks: &mut Vec<SpanBlock>,
+    memory: &mut SetUpMemory,
+    blocks: &mut SpanBlocks,
 ) -> Left {
     let mut left = Left::default();
     let mut to_set_up = [0_u8; BLOCK];
@@ -278,71 +238,15 @@ fn set_up_all<S: Simd>(
             to_set_up[waiting] = (first + i) as u8;
             waiting += 1;
             if waiting == BLOCK {
-                left.apart |= set_up_block(simd, quads, &to_set_up, drawing, vertices, blocks);
+                left.apart |=
+                    set_up_block(simd, quads, &to_set_up, drawing, vertices, memory, blocks);
                 waiting = 0;
             }
         }
     }
     if waiting > 0 {
         let rest = &to_set_up[..waiting];
-        left.apart |= set_up_block(simd, quads, rest, drawing, vertices, blocks);
+        left.apart |= set_up_block(simd, quads, rest, drawing, vertices, memory, blocks);
     }
     left
-}
-
-#[inline(always)]
-fn row<S: Simd>(r: &[f64; 4], x: S::f64s, y: S::f64s, z: S::f64s) -> S::f64s {
-    x * r[0] + y * r[1] + z * r[2] + r[3]
-}
-
-/// Transforms and snaps all vertices of a cluster.
-#[inline(always)]
-fn project<S: Simd>(simd: S, cluster: Cluster<'_>, t: &ScreenTransform, vertices: &mut Vertices) {
-    let lanes = S::f64s::LEN;
-    vertices.inside = VertexSet::NONE;
-    vertices.too_near = VertexSet::NONE;
-    for at in (0..cluster.vertices).step_by(2 * lanes) {
-        let x = S::f32s::from_slice(simd, &cluster.x[at..at + 2 * lanes]).widen();
-        let y = S::f32s::from_slice(simd, &cluster.y[at..at + 2 * lanes]).widen();
-        let z = S::f32s::from_slice(simd, &cluster.z[at..at + 2 * lanes]).widen();
-        let [x_low, y_low] = project_lanes(simd, [x.0, y.0, z.0], t, vertices, at);
-        let [x_high, y_high] = project_lanes(simd, [x.1, y.1, z.1], t, vertices, at + lanes);
-        let (low, high) = x_low.narrow(x_high).interleave(y_low.narrow(y_high));
-        let places = vertices.place[at..at + 2 * lanes].as_flattened_mut();
-        low.store_slice(&mut places[..2 * lanes]);
-        high.store_slice(&mut places[2 * lanes..]);
-    }
-    // Vertices that there are none of are no reason to look for outsiders.
-    vertices.inside.add_from(cluster.vertices);
-}
-
-#[inline(always)]
-fn project_lanes<S: Simd>(
-    simd: S,
-    [px, py, pz]: [S::f64s; 3],
-    t: &ScreenTransform,
-    vertices: &mut Vertices,
-    at: usize,
-) -> [S::f64s; 2] {
-    let x = row::<S>(&t.x, px, py, pz);
-    let y = row::<S>(&t.y, px, py, pz);
-    let depth = row::<S>(&t.depth, px, py, pz);
-    let w = row::<S>(&t.w, px, py, pz);
-    let zero = S::f64s::splat(simd, 0.0);
-    let band = w * f64::from(GUARD_BAND);
-    let too_near = depth.simd_gt(w * t.near_depth);
-    vertices.too_near.add(too_near.to_bitmask(), at);
-    let mut inside = w.simd_gt(zero)
-        & band.simd_lt(S::f64s::splat(simd, f64::INFINITY))
-        & depth.simd_le(w * t.near_depth)
-        & x.abs().simd_le(band)
-        & y.abs().simd_le(band);
-    if t.far_depth != f64::NEG_INFINITY {
-        inside &= depth.simd_ge(w * t.far_depth);
-    }
-    vertices.inside.add(inside.to_bitmask(), at);
-    let inverse = S::f64s::splat(simd, 1.0) / w;
-    let range = at..at + S::f64s::LEN;
-    (depth * inverse).store_slice(&mut vertices.depth[range]);
-    [(x * inverse + 0.5).floor(), (y * inverse + 0.5).floor()]
 }

@@ -207,12 +207,10 @@ impl<'a, S: Simd> Filler<'a, S> {
     /// Which polygons of a block reach into these rows.
     #[inline(always)]
     fn in_rows(&self, block: &SpanBlock) -> u8 {
-        let first = f64::from(self.first_row * TILE_SIZE);
-        let last = f64::from((self.last_row + 1) * TILE_SIZE - 1);
-        let [from, until] = block
-            .y
-            .each_ref()
-            .map(|y| f64x8::load_array_ref(self.simd, y));
+        let first = (self.first_row * TILE_SIZE) as f32;
+        let last = ((self.last_row + 1) * TILE_SIZE - 1) as f32;
+        let from = f32x8::load_array_ref(self.simd, &block.y[0]);
+        let until = f32x8::load_array_ref(self.simd, &block.y[1]);
         (from.simd_le(last) & until.simd_ge(first)).to_bitmask() as u8
     }
 
@@ -434,13 +432,15 @@ impl<S: Simd> Current<S> {
         } else {
             0.0
         };
+        let [slope, at_zero] = block.crossings(i);
+        let x = [f64::from(block.x[0][i]), f64::from(block.x[1][i])];
         Current {
-            slope: block.slope.each_ref().map(|edge| edge[i]),
-            at_zero: block.at_zero.each_ref().map(|edge| edge[i]),
+            slope,
+            at_zero,
             lower: block.lower_edges(i),
-            x: [block.x[0][i], block.x[1][i]],
-            y: [block.y[0][i], block.y[1][i]],
-            columns: [to_tile(block.x[0][i]), to_tile(block.x[1][i])],
+            x,
+            y: [f64::from(block.y[0][i]), f64::from(block.y[1][i])],
+            columns: [to_tile(x[0]), to_tile(x[1])],
             farthest_row: f32x4::from_fn(simd, |half| (half as i32 % 2 * PART_HEIGHT) as f32)
                 + last,
             at: block.at[i],

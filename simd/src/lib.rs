@@ -11,7 +11,7 @@
 //! | [`vertex`] | transforms positions and snaps them to 1/256 of a pixel |
 //! | [`triangle`] | sets a snapped triangle up: exact edge functions and a depth plane |
 //! | [`quad`] | two triangles that share a diagonal, as one |
-//! | [`assemble`] | all of these for a cluster: what needs no set-up (`reject`), and the rest (`set_up`) |
+//! | [`assemble`] | all of these for a cluster: its vertices (`project`), what needs no set-up (`reject`), and the rest (`set_up`: `planes` and `crossings`) |
 //! | [`coverage`] | which of a tile's 64 pixel centres a triangle covers |
 //! | [`spans`] | a polygon's edges solved for x: an interval of columns for each row |
 //! | [`part_depth`] | a polygon's depth over the parts of tiles |
@@ -33,6 +33,7 @@ pub mod bounds;
 pub mod boxes;
 pub mod closer;
 pub mod coverage;
+mod crossings;
 pub mod faces;
 pub mod fill;
 pub mod glance;
@@ -41,6 +42,8 @@ mod merge;
 mod order;
 pub mod outline;
 pub mod part_depth;
+mod planes;
+mod project;
 pub mod projected;
 pub mod pyramid;
 pub mod quad;

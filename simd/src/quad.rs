@@ -90,12 +90,13 @@ impl Quad {
         let Some(plane) = plane_of(corners, extent, first, second) else {
             return Quad::Apart;
         };
+        let is_small = extent.iter().all(|&e| e <= f64::from(SMALL));
         Quad::Whole(SpanPolygon {
-            spans: Spans::between(&edges),
+            spans: Spans::between(&edges, [x[0], y[0]], is_small),
             x,
             y,
             depth: PartDepth::new(&plane, extent, x, y),
-            is_small: extent.iter().all(|&e| e <= f64::from(SMALL)),
+            is_small,
         })
     }
 }

@@ -1,17 +1,18 @@
 //! Which quadrilaterals of a cluster need no set-up: those that face away, that have no sample between their extremes or,
 //! if they are tiny, inside, or that lie behind what is drawn already.
 //!
-//! Extents are found in f32, where coordinates on the grid are exact: a sample between the extremes is not lost. Areas
-//! are products, and found in f64; but those of a tiny quadrilateral's corners, counted from its first sample, are whole
-//! numbers below 2²², and so are its edge functions at its samples.
+//! Extents are found in f32, where coordinates on the grid are exact: a sample between the extremes is not lost. Areas are
+//! found in f32 too, which nearly always tells their signs. Those of a tiny quadrilateral's corners, counted from its first
+//! sample, are whole numbers below 2²², and so are its edge functions at its samples.
 
-use fearless_simd::Simd;
 use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f32x8, mask32x8};
 
-use crate::assemble::{Drawing, MOST_VERTICES, VertexSet, Vertices};
+use crate::assemble::Drawing;
 use crate::closer::LayeredTiles;
 use crate::coverage::rectangle_mask;
 use crate::order::greater;
+use crate::project::Vertices;
 use crate::quad::TINY;
 use crate::set_up::coordinates;
 use crate::spans::{BLOCK, SpanPolygon};
@@ -44,14 +45,15 @@ pub(crate) fn reject<S: Simd>(
     vertices: &Vertices,
 ) -> Asked {
     let mut places = [[[0.0; 2]; BLOCK]; 4];
-    for (i, quad) in quads.iter().enumerate() {
-        for (places, &vertex) in places.iter_mut().zip(quad) {
-            places[i] = vertices.place[usize::from(vertex) % MOST_VERTICES];
-        }
+    for (i, &[a, b, c, d]) in quads.iter().take(BLOCK).enumerate() {
+        places[0][i] = vertices.place[usize::from(a)];
+        places[1][i] = vertices.place[usize::from(b)];
+        places[2][i] = vertices.place[usize::from(c)];
+        places[3][i] = vertices.place[usize::from(d)];
     }
     let mut left = Left::default();
     let mut candidates = (1_u64 << quads.len()) - 1;
-    if vertices.inside != VertexSet::ALL {
+    if !vertices.all_inside {
         for (i, &quad) in quads.iter().enumerate() {
             if !vertices.inside.has_all(quad) {
                 candidates &= !(1 << i);
@@ -60,15 +62,13 @@ pub(crate) fn reject<S: Simd>(
         }
     }
     let mut extents = Extents::default();
-    let (mut drawn, mut convex, mut small, mut empty) = (0, 0, 0, 0);
-    for lane in (0..BLOCK).step_by(S::f32s::LEN) {
-        let of_lanes = reject_lanes(simd, &places, lane, drawing, &mut extents);
-        drawn |= of_lanes.drawn << lane;
-        convex |= of_lanes.convex << lane;
-        small |= of_lanes.small << lane;
-        empty |= of_lanes.empty << lane;
-    }
-    drawn &= candidates;
+    let Lanes {
+        drawn,
+        convex,
+        small,
+        empty,
+    } = look_at(simd, &places, candidates, drawing, &mut extents);
+    let drawn = drawn & candidates;
     left.apart = drawn & !convex;
     let mut whole = drawn & convex & !empty;
     let mut to_ask = whole & small;
@@ -86,8 +86,9 @@ pub(crate) fn reject<S: Simd>(
         if left & upper & !drawn.coverage[first] != 0 {
             continue;
         }
-        let [a, b, c, d] = quads[i].map(|v| vertices.depth[usize::from(v) % MOST_VERTICES]);
-        let nearest = greater(greater(a, b), greater(c, d)) as f32;
+        let [a, b, c, d] = quads[i];
+        let depth = |v: u8| vertices.depth[usize::from(v)];
+        let nearest = greater(greater(depth(a), depth(b)), greater(depth(c), depth(d))) as f32;
         let (to_right, down) = (extents.to_right[i] as usize, extents.down[i] as usize);
         let hidden = drawn.hides(first, left & upper, nearest)
             && (to_right + down == 0
@@ -164,7 +165,7 @@ struct Extents {
     rows: [[i32; BLOCK]; 2],
 }
 
-/// What is known of the quadrilaterals in some lanes of a block: a bit for each.
+/// What is known of the quadrilaterals of a block: a bit for each.
 struct Lanes {
     /// There may be a sample in one of the triangles.
     drawn: u64,
@@ -176,35 +177,35 @@ struct Lanes {
     empty: u64,
 }
 
-/// Looks at the quadrilaterals from `lane` of a block, as many as a vector of f32 holds.
+/// Looks at the quadrilaterals of a block, of which those that are `candidates` matter.
 #[inline(always)]
-fn reject_lanes<S: Simd>(
+fn look_at<S: Simd>(
     simd: S,
     places: &[[[f32; 2]; BLOCK]; 4],
-    lane: usize,
+    candidates: u64,
     drawing: Drawing<'_>,
     extents: &mut Extents,
 ) -> Lanes {
-    let [x0, y0] = coordinates::<S>(simd, &places[0], lane);
-    let [x1, y1] = coordinates::<S>(simd, &places[1], lane);
-    let [x2, y2] = coordinates::<S>(simd, &places[2], lane);
-    let [x3, y3] = coordinates::<S>(simd, &places[3], lane);
+    let [x0, y0] = coordinates(simd, &places[0]);
+    let [x1, y1] = coordinates(simd, &places[1]);
+    let [x2, y2] = coordinates(simd, &places[2]);
+    let [x3, y3] = coordinates(simd, &places[3]);
     let per_subpixel = 1.0 / SUBPIXELS as f32;
-    let zero = S::f32s::splat(simd, 0.0);
+    let zero = f32x8::splat(simd, 0.0);
     let least_x = x0.min(x1).min(x2.min(x3));
     let least_y = y0.min(y1).min(y2.min(y3));
     let largest_x = x0.max(x1).max(x2.max(x3));
     let largest_y = y0.max(y1).max(y2.max(y3));
     let first_x = (least_x * per_subpixel - 0.5).ceil().max(zero);
     let first_y = (least_y * per_subpixel - 0.5).ceil().max(zero);
-    let right = S::f32s::splat(simd, (drawing.width - 1) as f32);
-    let bottom = S::f32s::splat(simd, (drawing.height - 1) as f32);
+    let right = f32x8::splat(simd, (drawing.width - 1) as f32);
+    let bottom = f32x8::splat(simd, (drawing.height - 1) as f32);
     let last_x = (largest_x * per_subpixel - 0.5).floor().min(right);
     let last_y = (largest_y * per_subpixel - 0.5).floor().min(bottom);
     let sampled = first_x.simd_le(last_x) & first_y.simd_le(last_y);
 
     let (per_sample, size) = (1.0 / TILE_SIZE as f32, TILE_SIZE as f32);
-    let two = S::f32s::splat(simd, 2.0);
+    let two = f32x8::splat(simd, 2.0);
     let first_column = (first_x * per_sample).floor();
     let first_row = (first_y * per_sample).floor();
     let to_right = (last_x * per_sample).floor() - first_column;
@@ -215,21 +216,18 @@ fn reject_lanes<S: Simd>(
     let rows = within_tiles::<S>(simd, first_y - top, last_y - top);
     // Numbers of tiles are exact in f32: there are less than 2²⁴.
     let across = drawing.drawn.across as f32;
-    let range = lane..(lane + S::f32s::LEN).min(BLOCK);
-    store_whole::<S>(
-        first_row * across + first_column,
-        &mut extents.first[range.clone()],
-    );
-    store_whole::<S>(to_right, &mut extents.to_right[range.clone()]);
-    store_whole::<S>(down * across, &mut extents.down[range.clone()]);
-    for end in 0..2 {
-        store_whole::<S>(columns[end], &mut extents.columns[end][range.clone()]);
-        store_whole::<S>(rows[end], &mut extents.rows[end][range.clone()]);
-    }
+    store_whole(simd, first_row * across + first_column, &mut extents.first);
+    store_whole(simd, to_right, &mut extents.to_right);
+    store_whole(simd, down * across, &mut extents.down);
+    store_whole(simd, columns[0], &mut extents.columns[0]);
+    store_whole(simd, columns[1], &mut extents.columns[1]);
+    store_whole(simd, rows[0], &mut extents.rows[0]);
+    store_whole(simd, rows[1], &mut extents.rows[1]);
 
-    let limit = S::f32s::splat(simd, TINY as f32);
-    let tiny = (largest_x - least_x).simd_le(limit)
-        & (largest_y - least_y).simd_le(limit)
+    let (width, height) = (largest_x - least_x, largest_y - least_y);
+    let limit = f32x8::splat(simd, TINY as f32);
+    let tiny = width.simd_le(limit)
+        & height.simd_le(limit)
         & (last_x - first_x).simd_lt(two)
         & (last_y - first_y).simd_lt(two)
         & sampled;
@@ -241,16 +239,11 @@ fn reject_lanes<S: Simd>(
         0
     };
 
-    // From the first corner to the others.
-    let (ax, ay) = ((x1 - x0).widen(), (y1 - y0).widen());
-    let (bx, by) = ((x2 - x0).widen(), (y2 - y0).widen());
-    let (cx, cy) = ((x3 - x0).widen(), (y3 - y0).widen());
-    let cull = drawing.cull;
-    let low = facing::<S>(simd, [ax.0, ay.0], [bx.0, by.0], [cx.0, cy.0], cull);
-    let high = facing::<S>(simd, [ax.1, ay.1], [bx.1, by.1], [cx.1, cy.1], cull);
+    let corners = [[x1 - x0, y1 - y0], [x2 - x0, y2 - y0], [x3 - x0, y3 - y0]];
+    let [turned, convex] = facing(simd, corners, width * height, candidates, drawing.cull);
     Lanes {
-        drawn: sampled.to_bitmask() & (low[0] | high[0] << S::f64s::LEN),
-        convex: low[1] | high[1] << S::f64s::LEN,
+        drawn: sampled.to_bitmask() & turned,
+        convex,
         small: small.to_bitmask(),
         empty,
     }
@@ -260,12 +253,12 @@ fn reject_lanes<S: Simd>(
 #[inline(always)]
 fn is_covered<S: Simd>(
     simd: S,
-    [x0, x1, x2, x3]: [S::f32s; 4],
-    [y0, y1, y2, y3]: [S::f32s; 4],
-    [first_x, first_y]: [S::f32s; 2],
-    [last_x, last_y]: [S::f32s; 2],
-) -> S::mask32s {
-    let zero = S::f32s::splat(simd, 0.0);
+    [x0, x1, x2, x3]: [f32x8<S>; 4],
+    [y0, y1, y2, y3]: [f32x8<S>; 4],
+    [first_x, first_y]: [f32x8<S>; 2],
+    [last_x, last_y]: [f32x8<S>; 2],
+) -> mask32x8<S> {
+    let zero = f32x8::splat(simd, 0.0);
     let per_sample = SUBPIXELS as f32;
     let (x, y) = (first_x + 0.5, first_y + 0.5);
     let (x, y) = (x * per_sample, y * per_sample);
@@ -284,7 +277,7 @@ fn is_covered<S: Simd>(
     let cd = edge_at_samples::<S>(simd, c, d, step);
     let da = edge_at_samples::<S>(simd, d, a, step);
     // The least edge function at each sample, and the largest of these.
-    let mut most = S::f32s::splat(simd, -1.0);
+    let mut most = f32x8::splat(simd, -1.0);
     for at in 0..4 {
         most = most.max(ab[at].min(bc[at]).min(cd[at].min(da[at])));
     }
@@ -296,14 +289,14 @@ fn is_covered<S: Simd>(
 #[inline(always)]
 fn edge_at_samples<S: Simd>(
     simd: S,
-    a: [S::f32s; 2],
-    b: [S::f32s; 2],
-    step: [S::f32s; 2],
-) -> [S::f32s; 4] {
+    a: [f32x8<S>; 2],
+    b: [f32x8<S>; 2],
+    step: [f32x8<S>; 2],
+) -> [f32x8<S>; 4] {
     let (ea, eb) = (a[1] - b[1], b[0] - a[0]);
     let at_first = a[0] * b[1] - b[0] * a[1];
     // Left edges and top ones: the first factor decides unless it is zero.
-    let keeps_border = (ea * (2 * TINY) as f32 + eb).simd_ge(S::f32s::splat(simd, 0.0));
+    let keeps_border = (ea * (2 * TINY) as f32 + eb).simd_ge(f32x8::splat(simd, 0.0));
     let at_first = keeps_border.select(at_first, at_first - 1.0);
     let at_right = at_first + ea * step[0];
     let below = eb * step[1];
@@ -312,8 +305,8 @@ fn edge_at_samples<S: Simd>(
 
 /// The indices into [`COLUMNS`] or [`ROWS`] of samples that are counted from the corner of the first of two tiles.
 #[inline(always)]
-fn within_tiles<S: Simd>(simd: S, first: S::f32s, last: S::f32s) -> [S::f32s; 2] {
-    let size = S::f32s::splat(simd, TILE_SIZE as f32);
+fn within_tiles<S: Simd>(simd: S, first: f32x8<S>, last: f32x8<S>) -> [f32x8<S>; 2] {
+    let size = f32x8::splat(simd, TILE_SIZE as f32);
     [
         first * size + last.min(size - 1.0),
         last.simd_ge(size).select(last - size, size),
@@ -321,41 +314,72 @@ fn within_tiles<S: Simd>(simd: S, first: S::f32s, last: S::f32s) -> [S::f32s; 2]
 }
 
 #[inline(always)]
-fn store_whole<S: Simd>(v: S::f32s, into: &mut [i32]) {
-    let whole: S::i32s = v.to_int();
-    into.copy_from_slice(&whole.as_slice()[..into.len()]);
+fn store_whole<S: Simd>(simd: S, v: f32x8<S>, into: &mut [i32; BLOCK]) {
+    simd.cvt_i32_f32x8(v).store_array(into);
 }
+
+/// Areas whose products are below this are exact in f32.
+const EXACT: f32 = (1 << 24) as f32;
+
+/// How far areas may be off in f32, as a part of the area of the box around the corners. No product is larger than that, nor
+/// is twice the area of any triangle. In units of 2⁻²⁴ of it, a difference of two products is off by 4, and a sum of three such
+/// by 12 and 5 more.
+const AREA_ERROR: f32 = 1.0 / (1 << 19) as f32;
 
 /// Of quadrilaterals, by what leads from the first corner to the others: which have a triangle that is drawn, and which
 /// of these may be drawn as one.
 #[inline(always)]
 fn facing<S: Simd>(
     simd: S,
-    b: [S::f64s; 2],
-    c: [S::f64s; 2],
-    d: [S::f64s; 2],
+    [b, c, d]: [[f32x8<S>; 2]; 3],
+    box_area: f32x8<S>,
+    candidates: u64,
     cull: CullMode,
 ) -> [u64; 2] {
     let first = b[0] * c[1] - c[0] * b[1];
     let second = c[0] * d[1] - d[0] * c[1];
     let third = b[0] * d[1] - d[0] * b[1];
     let fourth = first + second - third;
-    let zero = S::f64s::splat(simd, 0.0);
-    let clockwise =
-        first.simd_gt(zero) & second.simd_ge(zero) & third.simd_ge(zero) & fourth.simd_ge(zero);
-    let other_way =
-        first.simd_lt(zero) & second.simd_le(zero) & third.simd_le(zero) & fourth.simd_le(zero);
-    let backs = [
-        (first.simd_gt(zero) | second.simd_gt(zero)).to_bitmask(),
-        clockwise.to_bitmask(),
-    ];
-    let fronts = [
-        (first.simd_lt(zero) | second.simd_lt(zero)).to_bitmask(),
-        other_way.to_bitmask(),
-    ];
-    match cull {
-        CullMode::None => [backs[0] | fronts[0], backs[1] | fronts[1]],
-        CullMode::Back => fronts,
-        CullMode::Front => backs,
+    // A triangle's other areas come out as 0, or as the first.
+    let is_triangle = c[0].simd_eq(d[0]) & c[1].simd_eq(d[1]);
+    let least = first.abs().min(third.abs());
+    let least = is_triangle.select(least, least.min(second.abs()).min(fourth.abs()));
+    let is_certain = box_area.simd_lt(EXACT) | least.simd_gt(box_area * AREA_ERROR);
+    if !is_certain.to_bitmask() & candidates != 0 {
+        let arrays = |v: [f32x8<S>; 2]| [v[0].to_array(), v[1].to_array()];
+        return facing_exactly([arrays(b), arrays(c), arrays(d)], cull);
     }
+    let zero = f32x8::splat(simd, 0.0);
+    let turned = |[first, second, third, fourth]: [f32x8<S>; 4]| {
+        let drawn = first.simd_gt(zero) | second.simd_gt(zero);
+        let convex = first.simd_gt(zero) & second.min(third).min(fourth).simd_ge(zero);
+        [drawn.to_bitmask(), convex.to_bitmask()]
+    };
+    let areas = [first, second, third, fourth];
+    let other_way = [-first, -second, -third, -fourth];
+    match cull {
+        CullMode::None => {
+            let (backs, fronts) = (turned(areas), turned(other_way));
+            [backs[0] | fronts[0], backs[1] | fronts[1]]
+        }
+        CullMode::Back => turned(other_way),
+        CullMode::Front => turned(areas),
+    }
+}
+
+/// [`facing`] where f32 does not tell.
+fn facing_exactly(corners: [[[f32; BLOCK]; 2]; 3], cull: CullMode) -> [u64; 2] {
+    let (mut drawn, mut convex) = (0, 0);
+    for i in 0..BLOCK {
+        let [b, c, d] = corners.map(|corner| corner.map(|axis| axis[i] as i64));
+        let area = |p: [i64; 2], q: [i64; 2]| p[0] * q[1] - q[0] * p[1];
+        let (first, second, third) = (area(b, c), area(c, d), area(b, d));
+        let others = [second, third, first + second - third];
+        let is_convex = first > 0 && others.iter().all(|&area| area >= 0)
+            || first < 0 && others.iter().all(|&area| area <= 0);
+        let is_drawn = !cull.leaves_out(first);
+        drawn |= u64::from(is_drawn || !cull.leaves_out(second)) << i;
+        convex |= u64::from(is_drawn && is_convex) << i;
+    }
+    [drawn, convex]
 }

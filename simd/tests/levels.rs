@@ -10,7 +10,7 @@ use antumbra_simd::coverage::{PART_MASKS, coverage_of_tile};
 use antumbra_simd::fill::{TileRows, fill};
 use antumbra_simd::pyramid::{sum_2x2, uncovered};
 use antumbra_simd::query::{Rectangle, Tiles, is_behind_all};
-use antumbra_simd::spans::{SpanBlock, SpanPolygon};
+use antumbra_simd::spans::{SpanBlock, SpanBlocks, SpanPolygon};
 use antumbra_simd::tile::UNCOVERED;
 use antumbra_simd::triangle::{CullMode, Triangle};
 use antumbra_simd::vertex::{ScreenTransform, ScreenVertex};
@@ -152,9 +152,9 @@ fn any_triangle(chance: &mut Chance, picture: &Picture) -> Option<Triangle> {
     Triangle::new(corners, CullMode::None).and_then(|t| t.within(picture.width, picture.height))
 }
 
-fn packed(triangles: &[Triangle]) -> Vec<SpanBlock> {
-    let mut blocks = Vec::new();
-    SpanBlock::pack(triangles.iter().map(SpanPolygon::from), &mut blocks);
+fn packed(triangles: &[Triangle]) -> SpanBlocks {
+    let mut blocks = SpanBlocks::default();
+    blocks.pack(triangles.iter().map(SpanPolygon::from));
     blocks
 }
 
@@ -275,7 +275,7 @@ fn assemble_gives_the_same_polygons_on_every_level() {
             quads: &quads,
         };
         let assembled = |level: Level| {
-            let (mut blocks, mut to_clip) = (Vec::new(), Vec::new());
+            let (mut blocks, mut to_clip) = (SpanBlocks::default(), Vec::new());
             let mut memory = AssembleMemory::default();
             assemble(
                 level,
@@ -334,7 +334,7 @@ fn assembling_behind_what_is_drawn_leaves_out_only_what_changes_nothing() {
             quads: &quads,
         };
         let assembled = |level: Level, drawn: &Picture| {
-            let (mut blocks, mut to_clip) = (Vec::new(), Vec::new());
+            let (mut blocks, mut to_clip) = (SpanBlocks::default(), Vec::new());
             let drawing = Drawing {
                 screen: &screen,
                 cull: CullMode::None,
@@ -362,8 +362,8 @@ fn assembling_behind_what_is_drawn_leaves_out_only_what_changes_nothing() {
         for polygon in assembled(Level::Scalar, &empty) {
             if next.next_if_eq(&&polygon).is_none() {
                 left_out += 1;
-                let mut blocks = Vec::new();
-                SpanBlock::pack(std::iter::once(polygon), &mut blocks);
+                let mut blocks = SpanBlocks::default();
+                blocks.pack(std::iter::once(polygon));
                 let mut filled = picture.clone();
                 filled.fill(Level::Scalar, &blocks);
                 assert_eq!(filled.bits(), picture.bits(), "round {round}");

@@ -84,6 +84,10 @@ pub fn draw_waiting(
             .tasks
             .each(Work::Assemble, assemblies, |task, assembly| {
                 assembly.assemble(frame, share_of(round, share, task), waiting, buffer);
+                // One task is filled as a whole.
+                if count > 1 {
+                    assembly.list.find_rows();
+                }
             });
         // What is one task to set up is not worth sharing the filling of.
         let tasks = if count == 1 {
@@ -120,7 +124,6 @@ impl Assembly {
                 self.set_up(frame, placed, cluster.cluster as usize, buffer);
             }
         }
-        self.list.find_rows();
     }
 
     fn set_up(

@@ -81,7 +81,7 @@ mod tests {
         for [first, last] in triangles {
             let mut block = SpanBlock::EMPTY;
             block.present = 1;
-            block.y = [first, last].map(|row| [f64::from(row * TILE_SIZE); 8]);
+            block.y = [first, last].map(|row| [(row * TILE_SIZE) as f32; 8]);
             list.blocks.push(block);
         }
         list.find_rows();

@@ -2,7 +2,7 @@
 //! polygons of the others.
 
 use antumbra_simd::TILE_SIZE;
-use antumbra_simd::spans::{BLOCK, SpanBlock};
+use antumbra_simd::spans::{BLOCK, SpanBlock, SpanBlocks};
 
 /// Blocks that miss the rows are taken along where fewer than this lie between two that meet them: looking at a few more
 /// polygons costs less than beginning anew.
@@ -12,7 +12,7 @@ const WORTH_SKIPPING: usize = 3;
 #[derive(Clone, Debug, Default)]
 pub struct BlockList {
     /// The blocks.
-    pub blocks: Vec<SpanBlock>,
+    pub blocks: SpanBlocks,
     /// Those of the blocks, as far as they were found.
     rows: Vec<BlockRows>,
 }
@@ -74,7 +74,7 @@ impl BlockList {
 }
 
 fn rows_of_block(block: &SpanBlock) -> BlockRows {
-    let (mut first, mut last) = (f64::INFINITY, f64::NEG_INFINITY);
+    let (mut first, mut last) = (f32::INFINITY, f32::NEG_INFINITY);
     for i in 0..BLOCK {
         if block.present >> i & 1 == 1 {
             first = first.min(block.y[0][i]);
@@ -97,14 +97,15 @@ mod tests {
     fn block(first: i32, last: i32) -> SpanBlock {
         let mut block = SpanBlock::EMPTY;
         block.present = 0b10;
-        block.y[0][1] = f64::from(first * TILE_SIZE);
-        block.y[1][1] = f64::from(last * TILE_SIZE + 7);
+        block.y[0][1] = (first * TILE_SIZE) as f32;
+        block.y[1][1] = (last * TILE_SIZE + 7) as f32;
         block
     }
 
     fn found(rows: &[[i32; 2]], first: i32, last: i32) -> Vec<Vec<i32>> {
         let mut list = BlockList::default();
-        list.blocks.extend(rows.iter().map(|r| block(r[0], r[1])));
+        rows.iter()
+            .for_each(|r| list.blocks.push(block(r[0], r[1])));
         list.find_rows();
         let first_row = |b: &SpanBlock| b.y[0][1] as i32 / TILE_SIZE;
         list.in_rows(first, last)

@@ -58,7 +58,11 @@ fn cut(a: ClipVertex, b: ClipVertex, distance: impl Fn(&ClipVertex) -> f64) -> C
     }
 }
 
-fn clip(polygon: &Polygon, distance: impl Fn(&ClipVertex) -> f64) -> Polygon {
+fn clip(polygon: &mut Polygon, distance: impl Fn(&ClipVertex) -> f64) {
+    // Most planes cut nothing off.
+    if polygon.corners().iter().all(|v| distance(v) >= 0.0) {
+        return;
+    }
     let mut out = Polygon { len: 0, ..*polygon };
     let corners = polygon.corners();
     for (i, &b) in corners.iter().enumerate() {
@@ -71,7 +75,7 @@ fn clip(polygon: &Polygon, distance: impl Fn(&ClipVertex) -> f64) -> Polygon {
             out.push(b);
         }
     }
-    out
+    *polygon = out;
 }
 
 /// A corner that clipping made, on the guard band's border and the near plane at the farthest: a cut through coordinates
@@ -106,14 +110,14 @@ pub fn clip_triangle(
         corners: [a, b, c, a, a, a, a, a, a],
         len: 3,
     };
-    polygon = clip(&polygon, |v| t.near_depth * v.w - v.depth);
+    clip(&mut polygon, |v| t.near_depth * v.w - v.depth);
     if t.far_depth > f64::NEG_INFINITY {
-        polygon = clip(&polygon, |v| v.depth - t.far_depth * v.w);
+        clip(&mut polygon, |v| v.depth - t.far_depth * v.w);
     }
-    polygon = clip(&polygon, |v| band * v.w + v.x);
-    polygon = clip(&polygon, |v| band * v.w - v.x);
-    polygon = clip(&polygon, |v| band * v.w + v.y);
-    polygon = clip(&polygon, |v| band * v.w - v.y);
+    clip(&mut polygon, |v| band * v.w + v.x);
+    clip(&mut polygon, |v| band * v.w - v.x);
+    clip(&mut polygon, |v| band * v.w + v.y);
+    clip(&mut polygon, |v| band * v.w - v.y);
     // Written so that a NaN ends here: numbers that overflow cut to anything.
     let drawable = |v: &ClipVertex| v.w > 0.0 && finite(v);
     if polygon.len < 3 || !polygon.corners().iter().all(drawable) {

@@ -2,7 +2,7 @@
 
 use antumbra_simd::Level;
 use antumbra_simd::assemble::{AssembleMemory, Cluster, Drawing, assemble};
-use antumbra_simd::spans::{SpanBlock, SpanPolygon};
+use antumbra_simd::spans::{SpanBlocks, SpanPolygon};
 use antumbra_simd::triangle::{CullMode, Triangle};
 use antumbra_simd::vertex::{ClipVertex, ScreenTransform, transform};
 
@@ -28,7 +28,7 @@ impl ClusterAssembler {
         screen: &ScreenTransform,
         cull: CullMode,
         drawn: &TileBuffer,
-        blocks: &mut Vec<SpanBlock>,
+        blocks: &mut SpanBlocks,
     ) {
         let size = drawn.size();
         let (width, height) = (size.width() as i32, size.height() as i32);
@@ -66,7 +66,7 @@ impl ClusterAssembler {
                     .extend(triangle.as_ref().map(SpanPolygon::from));
             });
         }
-        SpanBlock::pack(self.clipped.iter().copied(), blocks);
+        blocks.pack(self.clipped.iter().copied());
     }
 }
 

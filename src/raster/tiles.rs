@@ -10,7 +10,7 @@ use antumbra_simd::closer::LayeredTiles;
 use antumbra_simd::coverage::{PART_MASKS, rectangle_mask};
 use antumbra_simd::fill::{TileRows, fill};
 use antumbra_simd::query::{Rectangle, Tiles, is_behind_all};
-use antumbra_simd::spans::{SpanBlock, SpanPolygon};
+use antumbra_simd::spans::SpanPolygon;
 use antumbra_simd::tile::UNCOVERED;
 use antumbra_simd::triangle::Triangle;
 
@@ -126,7 +126,7 @@ impl TileBuffer {
     /// Fills triangles in order. The extents of all must lie within the picture.
     pub fn fill(&mut self, triangles: &[Triangle]) {
         let mut list = BlockList::default();
-        SpanBlock::pack(triangles.iter().map(SpanPolygon::from), &mut list.blocks);
+        list.blocks.pack(triangles.iter().map(SpanPolygon::from));
         list.find_rows();
         let in_a_pool = rayon::current_thread_index().is_some();
         let threads = if in_a_pool {

@@ -160,6 +160,9 @@ fn is_box_hidden_vector<S: Simd>(
     is_outline_hidden_vector(simd, tiles, &outline, &faces)
 }
 
+/// Strips are asked in rounds, each this far from the last.
+const STRIDE: i32 = 4;
+
 #[inline(always)]
 fn is_outline_hidden_vector<S: Simd>(
     simd: S,
@@ -172,12 +175,19 @@ fn is_outline_hidden_vector<S: Simd>(
         return is_outline_hidden_plain(tiles, outline, faces, 0, false);
     }
     let question = Question::new(simd, tiles, outline, faces);
-    for tile_y in outline.y[0] / TILE_SIZE..=outline.y[1] / TILE_SIZE {
-        if !question.is_strip_hidden(tile_y) {
-            return false;
+    // A box that can be seen often shows itself at its foot, and what it shows is often several strips high.
+    let [top, bottom] = outline.y.map(|y| y / TILE_SIZE);
+    let (mut tile_y, mut next) = (bottom, top);
+    while question.is_strip_hidden(tile_y) {
+        tile_y += STRIDE;
+        if tile_y >= bottom {
+            if next == bottom.min(top + STRIDE) {
+                return true;
+            }
+            (tile_y, next) = (next, next + 1);
         }
     }
-    true
+    false
 }
 
 /// The parts of as many tiles as a vector holds.

@@ -116,7 +116,7 @@ impl Screen {
 
     /// The transform from local coordinates to the screen.
     pub(crate) fn screen_from_local(&self, world_from_local: &DAffine3) -> ScreenTransform {
-        self.camera.screen_from_local(self.size, world_from_local)
+        self.camera.placed(&self.from_eye, world_from_local)
     }
 
     /// Where an axis-aligned world box may be drawn.

@@ -7,7 +7,8 @@
 //! tiles at once:
 //!
 //! * **Masks** come from the ends of eight rows, as in [`crate::fill`].
-//! * **Depth.** First the nearest corner is compared, then each face where the samples of a part get nearest to it. The
+//! * **Depth.** First the nearest corner and the faces are compared all over each part ([`crate::part_bounds`]): most parts
+//!   are decided by that, without masks. Then each face where the samples of a part get nearest to it. The
 //!   rectangle around a part's samples is found in the bits of their mask: fold four rows into one for the columns, and
 //!   read the highest bit off a float's exponent.
 
@@ -18,6 +19,7 @@ use crate::boxes::BoxView;
 use crate::coverage::PART_MASKS;
 use crate::faces::{Faces, RowLayers};
 use crate::outline::{Outline, OutlineEdge};
+use crate::part_bounds::{PartBounds, RowBounds};
 use crate::projected::{CornerBox, OnScreen};
 use crate::query::Rectangle;
 use crate::strip_masks::StripMasks;
@@ -158,6 +160,9 @@ fn is_box_hidden_vector<S: Simd>(
     is_outline_hidden_vector(simd, tiles, &outline, &faces)
 }
 
+/// Strips are asked in rounds, each this far from the last.
+const STRIDE: i32 = 4;
+
 #[inline(always)]
 fn is_outline_hidden_vector<S: Simd>(
     simd: S,
@@ -170,12 +175,39 @@ fn is_outline_hidden_vector<S: Simd>(
         return is_outline_hidden_plain(tiles, outline, faces, 0, false);
     }
     let question = Question::new(simd, tiles, outline, faces);
-    for tile_y in outline.y[0] / TILE_SIZE..=outline.y[1] / TILE_SIZE {
-        if !question.is_strip_hidden(tile_y) {
-            return false;
+    // A box that can be seen often shows itself at its foot, and what it shows is often several strips high.
+    let [top, bottom] = outline.y.map(|y| y / TILE_SIZE);
+    let (mut tile_y, mut next) = (bottom, top);
+    while question.is_strip_hidden(tile_y) {
+        tile_y += STRIDE;
+        if tile_y >= bottom {
+            if next == bottom.min(top + STRIDE) {
+                return true;
+            }
+            (tile_y, next) = (next, next + 1);
         }
     }
-    true
+    false
+}
+
+/// The parts of as many tiles as a vector holds.
+struct Parts<S: Simd> {
+    /// The first of the tiles.
+    start: usize,
+    coverage: S::u32s,
+    /// The depths of the far layers: the farthest of the parts.
+    far: S::f32s,
+    /// Whether all samples of a part that are covered are strictly nearer than the box.
+    before: S::mask32s,
+}
+
+impl<S: Simd> Parts<S> {
+    /// Whether the parts are covered, and strictly nearer than the box, all over.
+    #[inline(always)]
+    fn are_all_before(&self) -> bool {
+        let all = S::u32s::splat(self.coverage.token(), u32::MAX);
+        (self.coverage.simd_eq(all) & self.before).all_true()
+    }
 }
 
 /// What stays the same from strip to strip. A vector holds the parts of `S::f64s::LEN` tiles.
@@ -189,6 +221,7 @@ struct Question<'a, S: Simd> {
     near: &'a [f32],
     across: usize,
     nearest: S::f32s,
+    bounds: PartBounds<S>,
     masks: StripMasks<S>,
     /// The first column of a part, and its first row, relative to the first tile of a vector.
     part_column: S::f32s,
@@ -209,6 +242,7 @@ impl<'a, S: Simd> Question<'a, S> {
             near: tiles.near.as_flattened(),
             across: tiles.across,
             nearest: S::f32s::splat(simd, faces.nearest()),
+            bounds: PartBounds::new(simd, outline, faces),
             masks: StripMasks::new(simd),
             part_column: S::f32s::from_fn(simd, |i| {
                 (i / PARTS_PER_TILE * TILE_SIZE as usize) as f32
@@ -224,16 +258,18 @@ impl<'a, S: Simd> Question<'a, S> {
     fn is_strip_hidden(&self, tile_y: i32) -> bool {
         let simd = self.simd;
         let tiles = S::f64s::LEN;
+        let top = tile_y * TILE_SIZE;
         let row = tile_y as usize * self.across;
-        // Where a box is not hidden as a whole, much of it may be, without a look at the outline.
+        let bounds = self.bounds.of_row(top);
         let [mut tile, mut last] = self.outline.x.map(|x| (x / TILE_SIZE) as usize);
-        while self.is_before(row, tile) {
+        // Most of a strip is hidden whatever the outline: that is quicker to ask than where its samples are.
+        while self.parts(row, tile, &bounds).are_all_before() {
             tile += tiles;
             if tile > last {
                 return true;
             }
         }
-        let [first, end] = self.spans(tile_y * TILE_SIZE);
+        let [first, end] = self.spans(top);
         let least = least_of(simd, first);
         let largest = -least_of(simd, -end);
         if least >= largest {
@@ -243,25 +279,31 @@ impl<'a, S: Simd> Question<'a, S> {
         last = (largest as usize - 1) / TILE_SIZE as usize;
         let [first, end] = [self.to_short(first), self.to_short(end)];
         while tile <= last {
-            let start = tile.min(self.across - tiles);
-            let mask = self.masks.of_rows(first, end, start, tile);
-            if !self.are_parts_hidden(mask, row, start, tile_y) {
-                return false;
+            let parts = self.parts(row, tile, &bounds);
+            if !parts.are_all_before() {
+                let mask = self.masks.of_rows(first, end, parts.start, tile);
+                if !self.are_parts_hidden(mask, row, &parts, top) {
+                    return false;
+                }
             }
             tile += tiles;
         }
         true
     }
 
-    /// Whether a vector's tiles are covered and everywhere strictly nearer than the box's nearest corner.
+    /// The parts of a vector's tiles, in the row of tiles that begins at `row`.
     #[inline(always)]
-    fn is_before(&self, row: usize, tile: usize) -> bool {
-        let at = (row + tile.min(self.across - S::f64s::LEN)) * PARTS_PER_TILE;
+    fn parts(&self, row: usize, tile: usize, bounds: &RowBounds<'_, S>) -> Parts<S> {
+        let start = tile.min(self.across - S::f64s::LEN);
+        let at = (row + start) * PARTS_PER_TILE;
         let range = at..at + S::u32s::LEN;
-        let coverage = S::u32s::from_slice(self.simd, &self.coverage[range.clone()]);
-        let far = S::f32s::from_slice(self.simd, &self.far[range]);
-        let full = coverage.simd_eq(S::u32s::splat(self.simd, u32::MAX));
-        (full & far.simd_gt(self.nearest)).all_true()
+        let far = S::f32s::from_slice(self.simd, &self.far[range.clone()]);
+        Parts {
+            start,
+            coverage: S::u32s::from_slice(self.simd, &self.coverage[range]),
+            far,
+            before: far.simd_gt(bounds.nearest(start)),
+        }
     }
 
     /// The first column inside the outline in each of eight rows, and the first one outside after it; 2¹⁵ − 1 and 0
@@ -297,57 +339,27 @@ impl<'a, S: Simd> Question<'a, S> {
         low.narrow(high)
     }
 
-    /// Whether the samples `mask` of the tiles from `start` in the row of tiles that begins at `row` are all hidden.
+    /// Whether the samples `mask` of parts in the row of tiles that begins at `row` are all hidden.
     #[inline(always)]
-    fn are_parts_hidden(&self, mask: S::u32s, row: usize, start: usize, tile_y: i32) -> bool {
+    fn are_parts_hidden(&self, mask: S::u32s, row: usize, parts: &Parts<S>, top: i32) -> bool {
         let simd = self.simd;
         let none = S::u32s::splat(simd, 0);
-        let at = (row + start) * PARTS_PER_TILE;
-        let range = at..at + S::u32s::LEN;
-        let coverage = S::u32s::from_slice(simd, &self.coverage[range.clone()]);
-        if !(mask & !coverage).simd_eq(none).all_true() {
+        if !(mask & !parts.coverage).simd_eq(none).all_true() {
             return false;
         }
-        // The far layer's depth is the farthest of a part.
-        let far = S::f32s::from_slice(simd, &self.far[range.clone()]);
-        let open = far.simd_gt(self.nearest).select(none, mask);
+        let open = parts.before.select(none, mask);
         if open.simd_eq(none).all_true() {
             return true;
         }
-        // Most parts are decided by the whole of them, which is quicker to ask than where their samples are.
-        let corner = [
-            (start as i32 * TILE_SIZE) as f32,
-            (tile_y * TILE_SIZE) as f32,
-        ];
-        let open = self.is_part_before(far, corner).select(none, open);
-        if open.simd_eq(none).all_true() {
-            return true;
-        }
+        let at = (row + parts.start) * PARTS_PER_TILE;
+        let range = at..at + S::u32s::LEN;
         let near_samples = S::u32s::from_slice(simd, &self.near_samples[range.clone()]);
         let near = S::f32s::from_slice(simd, &self.near[range]);
         let in_far = open & !near_samples;
         let in_near = near.simd_gt(self.nearest).select(none, open & near_samples);
-        self.are_faces_behind(in_far, far, corner) && self.are_faces_behind(in_near, near, corner)
-    }
-
-    /// Whether some face is strictly farther than `depth` all over a part. A depth at one corner of a part is not farther
-    /// than at any sample, as its formula is monotone.
-    #[inline(always)]
-    fn is_part_before(&self, depth: S::f32s, corner: [f32; 2]) -> S::mask32s {
-        let x = self.part_column + corner[0];
-        let y = self.part_row + corner[1];
-        let (x0, x1) = x.widen();
-        let (y0, y1) = y.widen();
-        let mut behind = depth.simd_lt(depth);
-        for plane in self.faces.planes() {
-            let right = if plane.slope_x > 0.0 { 7.0 } else { 0.0 };
-            let lower = if plane.slope_y > 0.0 { 3.0 } else { 0.0 };
-            let at0 = ((x0 + right) * plane.slope_x + plane.depth) + (y0 + lower) * plane.slope_y;
-            let at1 = ((x1 + right) * plane.slope_x + plane.depth) + (y1 + lower) * plane.slope_y;
-            let nearest: S::f32s = at0.narrow(at1);
-            behind |= nearest.simd_lt(depth);
-        }
-        behind
+        let corner = [(parts.start as i32 * TILE_SIZE) as f32, top as f32];
+        self.are_faces_behind(in_far, parts.far, corner)
+            && self.are_faces_behind(in_near, near, corner)
     }
 
     /// Whether some face is strictly farther than `depth` at the samples `mask` of a layer of each part.

@@ -26,7 +26,7 @@
 //! | [`projected`] | a box on screen: its outline and its faces |
 //! | [`outline`] | the samples inside a box's outline, and whether they are covered |
 //! | [`faces`] | the nearest depth of a box over tile parts, and whether it is farther than theirs |
-//! | [`closer`] | asks both of these of a box |
+//! | [`closer`] | asks both of these of a box, whole parts first (`part_bounds`) |
 
 pub mod assemble;
 pub mod bounds;
@@ -41,6 +41,7 @@ mod level;
 mod merge;
 mod order;
 pub mod outline;
+mod part_bounds;
 pub mod part_depth;
 mod planes;
 mod project;

@@ -87,8 +87,6 @@ fn is_behind_all_vector<S: Simd>(simd: S, tiles: Tiles<'_>, rectangle: Rectangle
     if tiles.across < per_vector {
         return is_behind_all_plain(tiles, rectangle);
     }
-    let coverage: &[u32] = bytemuck::cast_slice(tiles.coverage);
-    let depths = tiles.depths.as_flattened();
     let (first, last) = ((x[0] / TILE_SIZE) as usize, (x[1] / TILE_SIZE) as usize);
     // The columns of the first vector and of the last one, which ends with the last tile if there is room for that; all of
     // those between belong to the rectangle.
@@ -99,25 +97,29 @@ fn is_behind_all_vector<S: Simd>(simd: S, tiles: Tiles<'_>, rectangle: Rectangle
     let first_columns = masks.of_columns(x, first_at);
     let last_columns = masks.of_columns(x, last_at);
     let depth = S::f32s::splat(simd, nearest);
-    let all = S::u32s::splat(simd, u32::MAX);
-    let [top, bottom] = y.map(|y| y / TILE_SIZE);
-    for tile_y in top..=bottom {
-        let rows = if tile_y == top || tile_y == bottom {
-            rows_within::<S>(simd, y, tile_y)
-        } else {
-            all
-        };
-        let from = tile_y as usize * tiles.across * PARTS_PER_TILE;
-        let until = from + tiles.across * PARTS_PER_TILE;
-        let row = Parts {
-            coverage: &coverage[from..until],
-            depths: &depths[from..until],
-        };
-        let first_at = first_at * PARTS_PER_TILE;
-        let mut open = row.open::<S>(simd, first_columns & rows, depth, first_at)
-            | row.open::<S>(simd, last_columns & rows, depth, last_at * PARTS_PER_TILE);
+    let [top, bottom] = y.map(|y| (y / TILE_SIZE) as usize);
+    let tiles_of_rows = top * tiles.across..(bottom + 1) * tiles.across;
+    let coverage: &[u32] = bytemuck::cast_slice(&tiles.coverage[tiles_of_rows.clone()]);
+    let depths = tiles.depths[tiles_of_rows].as_flattened();
+    let parts_across = tiles.across * PARTS_PER_TILE;
+    let rows = coverage
+        .chunks_exact(parts_across)
+        .zip(depths.chunks_exact(parts_across));
+    let [first_at, last_at] = [first_at, last_at].map(|tile| tile * PARTS_PER_TILE);
+    for (i, (coverage, depths)) in rows.enumerate() {
+        let row = Parts { coverage, depths };
+        let mut needed = S::u32s::splat(simd, u32::MAX);
+        if i == 0 {
+            needed &= rows_of::<S>(simd, u64::MAX << (8 * (y[0] % TILE_SIZE)));
+        }
+        if i == bottom - top {
+            let below = TILE_SIZE - 1 - y[1] % TILE_SIZE;
+            needed &= rows_of::<S>(simd, u64::MAX >> (8 * below));
+        }
+        let mut open = row.open::<S>(simd, first_columns & needed, depth, first_at)
+            | row.open::<S>(simd, last_columns & needed, depth, last_at);
         if between > 0 {
-            open |= row.open_between::<S>(simd, rows, depth, first_at + lanes, between);
+            open |= row.open_between::<S>(simd, needed, depth, first_at + lanes, between);
         }
         if !open.simd_eq(S::u32s::splat(simd, 0)).all_true() {
             return false;
@@ -126,12 +128,9 @@ fn is_behind_all_vector<S: Simd>(simd: S, tiles: Tiles<'_>, rectangle: Rectangle
     true
 }
 
-/// The samples of rows `y` in each part of a row of tiles.
+/// The samples of some rows, all in one row of tiles, in each part.
 #[inline(always)]
-fn rows_within<S: Simd>(simd: S, y: [i32; 2], tile_y: i32) -> S::u32s {
-    let above = (y[0] - tile_y * TILE_SIZE).max(0);
-    let below = (TILE_SIZE - 1 - (y[1] - tile_y * TILE_SIZE)).max(0);
-    let rows = (u64::MAX << (8 * above)) & (u64::MAX >> (8 * below));
+fn rows_of<S: Simd>(simd: S, rows: u64) -> S::u32s {
     let rows: u32x4<S> = u64x2::splat(simd, rows).bitcast();
     S::u32s::block_splat(rows)
 }

@@ -147,10 +147,7 @@ impl OcclusionBuffer {
     /// Draws an occluder. Triangles with a vertex that is not finite hide nothing.
     pub fn draw(&mut self, occluder: &Occluder<'_>) {
         let size = self.tiles.size();
-        let screen = self
-            .screen
-            .camera()
-            .screen_from_local(size, &occluder.world_from_local);
+        let screen = self.screen.screen_from_local(&occluder.world_from_local);
         let mirrored = is_mirroring(&occluder.world_from_local);
         let cull = if mirrored {
             occluder.cull_mode.mirrored()

@@ -312,7 +312,15 @@ impl Camera {
         size: PictureSize,
         world_from_local: &DAffine3,
     ) -> ScreenTransform {
-        let screen = self.screen_from_eye(size);
+        self.placed(&self.screen_from_eye(size), world_from_local)
+    }
+
+    /// The same by the transform from coordinates relative to the eye.
+    pub(crate) fn placed(
+        &self,
+        screen: &ScreenTransform,
+        world_from_local: &DAffine3,
+    ) -> ScreenTransform {
         let columns = world_from_local.matrix3;
         let translation = world_from_local.translation - self.eye;
         let through = |r: [f64; 4]| {
@@ -329,7 +337,7 @@ impl Camera {
             y: through(screen.y),
             depth: through(screen.depth),
             w: through(screen.w),
-            ..screen
+            ..*screen
         }
     }
 }

@@ -52,8 +52,8 @@ pub struct BoxView {
 /// Where boxes may be drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RectBlock {
-    /// Bit `i` is set if box `i` lies before the near plane as a whole, as far as can be said; only then do the rest of
-    /// the numbers mean anything.
+    /// Bit `i` is set if box `i` holds a point, is finite, and lies before the near plane as a whole, as far as can be said;
+    /// only then do the rest of the numbers mean anything.
     pub bounded: u8,
     /// First and last columns; the last before the first where there is none.
     pub x: [[f64; BOXES]; 2],
@@ -104,7 +104,10 @@ fn project_plain(view: &BoxView, boxes: &BoxBlock, i: usize, rects: &mut RectBlo
     };
     let w = sum_of(&t.w, lesser) - error * view.norms[3];
     let depth = sum_of(&t.depth, greater) + error * view.norms[2];
-    if !(w > 0.0 && depth < w * t.near_depth) {
+    let is_box = [px, py, pz]
+        .into_iter()
+        .all(|[min, max]| (0.0..f64::INFINITY).contains(&(max - min)));
+    if !(is_box && w > 0.0 && depth < w * t.near_depth) {
         return;
     }
     rects.bounded |= 1 << i;
@@ -194,7 +197,13 @@ fn project_vector<S: Simd>(
         + largest::<S>(td[2][0], td[2][1]))
         + t.depth[3];
     let depth = depth + error * view.norms[2];
-    let bounded = w.simd_gt(S::f64s::splat(simd, 0.0)) & depth.simd_lt(w * t.near_depth);
+    let zero = S::f64s::splat(simd, 0.0);
+    // The size is no number from 0 on where an end is not finite, or the least beyond the largest.
+    let mut bounded = w.simd_gt(zero) & depth.simd_lt(w * t.near_depth);
+    for [min, max] in ends {
+        let size = max - min;
+        bounded &= size.simd_ge(zero) & size.simd_lt(S::f64s::splat(simd, f64::INFINITY));
+    }
     let bits = bounded.to_bitmask();
     if bits == 0 {
         return;

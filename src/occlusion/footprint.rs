@@ -180,7 +180,6 @@ impl Screen {
         let mut block = BoxBlock::EMPTY;
         let mut rects = RectBlock::EMPTY;
         while boxes.peek().is_some() {
-            let mut valid = 0_u8;
             let mut count = 0;
             for (i, (b, error)) in boxes.by_ref().take(BOXES).enumerate() {
                 for axis in 0..3 {
@@ -188,14 +187,12 @@ impl Screen {
                     block.max[axis][i] = b.max[axis];
                 }
                 block.error[i] = error;
-                valid |= u8::from(b.is_valid()) << i;
                 count = i + 1;
             }
             project_boxes(level, &view, &block, &mut rects);
-            let bounded = valid & rects.bounded;
             footprints.extend((0..count).map(|i| {
                 let nearest_depth = round_up(rects.nearest[i]);
-                if bounded >> i & 1 == 0 || !nearest_depth.is_finite() {
+                if rects.bounded >> i & 1 == 0 || !nearest_depth.is_finite() {
                     return Footprint::Unbounded;
                 }
                 let RectBlock { x, y, .. } = &rects;

@@ -104,10 +104,9 @@ fn project_plain(view: &BoxView, boxes: &BoxBlock, i: usize, rects: &mut RectBlo
     };
     let w = sum_of(&t.w, lesser) - error * view.norms[3];
     let depth = sum_of(&t.depth, greater) + error * view.norms[2];
-    let is_box = [px, py, pz].into_iter().all(|[min, max]| {
-        let size = max - min;
-        size >= 0.0 && size < f64::INFINITY
-    });
+    let is_box = [px, py, pz]
+        .into_iter()
+        .all(|[min, max]| (0.0..f64::INFINITY).contains(&(max - min)));
     if !(is_box && w > 0.0 && depth < w * t.near_depth) {
         return;
     }

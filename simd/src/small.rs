@@ -1,8 +1,7 @@
 //! The strips of small polygons, those of a block at once: a lane for each polygon.
 //!
 //! A strip's eight rows fill a vector of f64, but a polygon of a few pixels has one or two strips, and what it takes to get
-//! at each is more than the rows. So the first strips of all small polygons of a block are found together, row by row, in
-//! f32.
+//! at each is more than the rows. So the strips of all small polygons of a block are found together, row by row, in f32.
 //!
 //! That is exact enough: [`crate::spans`] has the bound. Of four rows the crossings of the first are found so, and what one, two
 //! and three rows make is added for the others. That is one more rounding of a number up to 57, and the first row's are up to
@@ -17,13 +16,13 @@ use crate::{PART_HEIGHT, PARTS_PER_TILE, TILE_SIZE};
 /// A polygon is small if its corners reach over no more sub-pixels than this, across and down.
 pub const SMALL: i32 = 48 * crate::SUBPIXELS;
 
-/// Strips of each polygon that are found here.
-const STRIPS_FOUND: usize = 4;
+/// The most strips that a small polygon has.
+const STRIPS_FOUND: usize = (SMALL / crate::SUBPIXELS / TILE_SIZE) as usize + 1;
 
 /// Strips below the first are found here if so many polygons have one.
 const FEWEST_BELOW: u32 = 1;
 
-/// The first strips of the small polygons of a block.
+/// The strips of the small polygons of a block.
 pub(crate) struct SmallStrips {
     /// First and last rows of tiles.
     pub(crate) rows: [[i32; BLOCK]; 2],

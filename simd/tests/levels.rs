@@ -165,6 +165,15 @@ fn vector_levels() -> impl Iterator<Item = Level> {
         .filter(|&level| level != Level::Scalar)
 }
 
+/// Whoever runs these tests for the sake of one level says so: it must not go untried.
+#[test]
+fn the_level_asked_for_is_among_them() {
+    if let Ok(name) = std::env::var("ANTUMBRA_LEVEL") {
+        let level: Level = name.parse().expect("the name of a level");
+        assert_eq!(level.require(), Ok(level));
+    }
+}
+
 #[test]
 fn spans_cover_what_integers_cover() {
     let mut chance = Chance(1);

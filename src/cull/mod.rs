@@ -113,8 +113,8 @@ struct Frame<'a> {
 struct Memory {
     draw: DrawMemory,
     frustum: FrustumMemory,
-    /// The keys of the occluders in the frustum.
-    candidates: Vec<u64>,
+    /// The keys of the occluders in the frustum, as tasks found them.
+    candidates: Vec<Vec<u64>>,
     test: TestMemory,
     hidden: Vec<bool>,
 }
@@ -233,7 +233,41 @@ impl State {
     }
 }
 
+/// Each thread has so many tasks of finding keys,
+const KEY_TASKS_PER_THREAD: usize = 4;
+/// each for at least so many objects.
+const FEWEST_KEYS: usize = 128;
+
 impl Frame<'_> {
+    /// The keys of the occluders among objects.
+    fn candidates<'m>(
+        &self,
+        camera: &Camera,
+        objects: &[u32],
+        memory: &'m mut Vec<Vec<u64>>,
+    ) -> &'m mut Vec<u64> {
+        let share = match self.tasks.threads() {
+            1 => objects.len().max(1),
+            threads => objects
+                .len()
+                .div_ceil(KEY_TASKS_PER_THREAD * threads)
+                .max(FEWEST_KEYS),
+        };
+        let count = objects.len().div_ceil(share).max(1);
+        grow(memory, count);
+        let keys = &mut memory[..count];
+        self.tasks.each(Work::Select, keys, |task, keys| {
+            let occludes = |object: &u32| self.occluders.triangles_of(*object) > 0;
+            let objects = share_of(objects, share, task).iter().copied();
+            distance_keys(self.scene, camera.eye(), objects.filter(occludes), keys);
+        });
+        let (first, others) = memory.split_at_mut(1);
+        for others in &others[..count - 1] {
+            first[0].extend_from_slice(others);
+        }
+        &mut first[0]
+    }
+
     fn run(
         &self,
         camera: &Camera,
@@ -257,11 +291,7 @@ impl Frame<'_> {
         } = found;
         let frustum = Frustum::new(camera, settings.size);
         traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum);
-        tasks.alone(Work::Select, || {
-            let occludes = |object: &u32| self.occluders.triangles_of(*object) > 0;
-            let occluding = in_frustum.iter().copied().filter(occludes);
-            distance_keys(scene, camera.eye(), occluding, &mut memory.candidates);
-        });
+        let candidates = self.candidates(camera, in_frustum, &mut memory.candidates);
         let selected = Instant::now();
 
         buffer.set_accuracy(settings.accuracy);
@@ -277,7 +307,7 @@ impl Frame<'_> {
         drawn_occluders.clear();
         draw_occluders(
             self,
-            &mut memory.candidates,
+            candidates,
             buffer,
             &mut memory.draw,
             Drawn {

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Frame, Statistics, grow, share_of};
+use super::{Frame, Statistics, grow};
 use crate::occlusion::{Footprint, OcclusionBuffer};
 use crate::scene::{BvhNode, Scene};
 use crate::tasks::Work;
@@ -168,31 +168,31 @@ fn objects_of<'a>(scene: &'a Scene, node: &BvhNode) -> &'a [u32] {
 /// The children of a node with fewer objects than this below it are not asked: its objects are, one by one.
 const FEWEST_OBJECTS: usize = 8;
 
-/// A task asks so many nodes: as many boxes as are projected at once.
-const NODES_PER_TASK: usize = 8;
-/// One that asks alone, some more.
-const MOST_NODES_PER_TASK: usize = 64;
+/// When there are so many nodes to ask for each thread, they are shared out with all below them: a stage for each level of
+/// the hierarchy would leave threads waiting for each other more than asking.
+const NODES_PER_THREAD: usize = 16;
+/// The shares are more than the threads, so that a long one does not hold up the others.
+const LOOKS_PER_THREAD: usize = 4;
 
 /// Memory that is kept from traversal to traversal.
 #[derive(Debug, Default)]
 pub struct TraverseMemory {
-    level: Vec<u32>,
-    below: Vec<u32>,
     looks: Vec<Look>,
 }
 
 /// What a task asks, and its answers.
 #[derive(Debug, Default)]
 struct Look {
+    /// The nodes to ask next.
+    level: Vec<u32>,
+    /// And those after them.
+    below: Vec<u32>,
     footprints: Vec<Footprint>,
     tested: u64,
     hidden: Vec<u32>,
-    /// The nodes to ask next.
-    below: Vec<u32>,
 }
 
-/// Marks all objects below nodes whose boxes are hidden behind what is drawn so far: level after level, the nodes of one
-/// in tasks.
+/// Marks all objects below nodes whose boxes are hidden behind what is drawn so far.
 pub fn hide_subtrees(
     frame: &Frame<'_>,
     buffer: &OcclusionBuffer,
@@ -201,55 +201,71 @@ pub fn hide_subtrees(
     statistics: &mut Statistics,
 ) {
     let scene = frame.scene;
-    let TraverseMemory {
-        level,
-        below,
-        looks,
-    } = memory;
+    let looks = &mut memory.looks;
     let frustum = Frustum::new(buffer.screen().camera(), frame.settings.size);
-    level.clear();
-    level.extend((!scene.bvh().nodes.is_empty()).then_some(0));
-    while !level.is_empty() {
-        let share = match frame.tasks.threads() {
-            1 => MOST_NODES_PER_TASK,
-            _ => NODES_PER_TASK,
-        };
-        let count = level.len().div_ceil(share);
-        grow(looks, count);
-        let looks = &mut looks[..count];
-        frame.tasks.each(Work::Look, looks, |task, look| {
-            look.ask(frame, &frustum, share_of(level, share, task), buffer);
+    grow(looks, 1);
+    looks[0].begin((!scene.bvh().nodes.is_empty()).then_some(0));
+    let threads = frame.tasks.threads();
+    let mut count = 1;
+    if threads > 1 {
+        frame.tasks.alone(Work::Look, || {
+            looks[0].until(frame, &frustum, buffer, NODES_PER_THREAD * threads);
         });
-        below.clear();
-        for look in looks {
-            statistics.nodes_tested += look.tested;
-            statistics.nodes_hidden += look.hidden.len() as u64;
-            below.extend_from_slice(&look.below);
-            for &node in &look.hidden {
-                for &object in frame.subtrees.objects(scene, node) {
-                    hidden[object as usize] = true;
-                }
+        count = (LOOKS_PER_THREAD * threads).min(looks[0].level.len().max(1));
+        grow(looks, count);
+        let (first, others) = looks.split_at_mut(1);
+        let nodes = &mut first[0].level;
+        let share = nodes.len().div_ceil(count);
+        for look in &mut others[..count - 1] {
+            look.begin(nodes.drain(nodes.len().saturating_sub(share)..));
+        }
+    }
+    let looks = &mut looks[..count];
+    frame.tasks.each(Work::Look, looks, |_, look| {
+        look.until(frame, &frustum, buffer, usize::MAX);
+    });
+    for look in looks {
+        statistics.nodes_tested += look.tested;
+        statistics.nodes_hidden += look.hidden.len() as u64;
+        for &node in &look.hidden {
+            for &object in frame.subtrees.objects(scene, node) {
+                hidden[object as usize] = true;
             }
         }
-        std::mem::swap(level, below);
     }
 }
 
 impl Look {
-    fn ask(
+    fn begin(&mut self, nodes: impl IntoIterator<Item = u32>) {
+        self.level.clear();
+        self.level.extend(nodes);
+        self.tested = 0;
+        self.hidden.clear();
+    }
+
+    /// Asks level after level, until so many nodes are left to ask, or none.
+    fn until(
         &mut self,
         frame: &Frame<'_>,
         frustum: &Frustum,
-        nodes: &[u32],
         buffer: &OcclusionBuffer,
+        nodes: usize,
     ) {
+        while !self.level.is_empty() && self.level.len() < nodes {
+            self.ask_level(frame, frustum, buffer);
+            std::mem::swap(&mut self.level, &mut self.below);
+        }
+    }
+
+    fn ask_level(&mut self, frame: &Frame<'_>, frustum: &Frustum, buffer: &OcclusionBuffer) {
         let scene = frame.scene;
         let node = |&node: &u32| &scene.bvh().nodes[node as usize];
         let Look {
+            level: nodes,
+            below,
             footprints,
             tested,
             hidden,
-            below,
         } = self;
         footprints.clear();
         let boxes = nodes.iter().map(|index| node(index).bounds());
@@ -257,8 +273,6 @@ impl Look {
         buffer
             .screen()
             .footprints_of_aabbs(level, boxes, footprints);
-        *tested = 0;
-        hidden.clear();
         below.clear();
         for (index, &footprint) in nodes.iter().zip(&*footprints) {
             let node = node(index);

@@ -14,7 +14,7 @@ use crate::coverage::rectangle_mask;
 use crate::order::greater;
 use crate::project::Vertices;
 use crate::quad::TINY;
-use crate::set_up::coordinates;
+use crate::set_up::{coordinates, extent};
 use crate::spans::{BLOCK, SpanPolygon};
 use crate::triangle::CullMode;
 use crate::{SUBPIXELS, TILE_SIZE};
@@ -190,18 +190,8 @@ fn look_at<S: Simd>(
     let [x1, y1] = coordinates(simd, &places[1]);
     let [x2, y2] = coordinates(simd, &places[2]);
     let [x3, y3] = coordinates(simd, &places[3]);
-    let per_subpixel = 1.0 / SUBPIXELS as f32;
-    let zero = f32x8::splat(simd, 0.0);
-    let least_x = x0.min(x1).min(x2.min(x3));
-    let least_y = y0.min(y1).min(y2.min(y3));
-    let largest_x = x0.max(x1).max(x2.max(x3));
-    let largest_y = y0.max(y1).max(y2.max(y3));
-    let first_x = (least_x * per_subpixel - 0.5).ceil().max(zero);
-    let first_y = (least_y * per_subpixel - 0.5).ceil().max(zero);
-    let right = f32x8::splat(simd, (drawing.width - 1) as f32);
-    let bottom = f32x8::splat(simd, (drawing.height - 1) as f32);
-    let last_x = (largest_x * per_subpixel - 0.5).floor().min(right);
-    let last_y = (largest_y * per_subpixel - 0.5).floor().min(bottom);
+    let (width, [first_x, last_x]) = extent([x0, x1, x2, x3], drawing.width);
+    let (height, [first_y, last_y]) = extent([y0, y1, y2, y3], drawing.height);
     let sampled = first_x.simd_le(last_x) & first_y.simd_le(last_y);
 
     let (per_sample, size) = (1.0 / TILE_SIZE as f32, TILE_SIZE as f32);
@@ -224,7 +214,6 @@ fn look_at<S: Simd>(
     store_whole(simd, rows[0], &mut extents.rows[0]);
     store_whole(simd, rows[1], &mut extents.rows[1]);
 
-    let (width, height) = (largest_x - least_x, largest_y - least_y);
     let limit = f32x8::splat(simd, TINY as f32);
     let tiny = width.simd_le(limit)
         & height.simd_le(limit)

@@ -100,6 +100,23 @@ pub(crate) fn coordinates<S: Simd>(simd: S, places: &[[f32; 2]; BLOCK]) -> [f32x
     [x, y]
 }
 
+/// How far four corners reach along an axis, and the first and the last of `count` samples between their extremes.
+#[inline(always)]
+pub(crate) fn extent<S: Simd>(
+    [a, b, c, d]: [f32x8<S>; 4],
+    count: i32,
+) -> (f32x8<S>, [f32x8<S>; 2]) {
+    let simd = a.token();
+    let least = a.min(b).min(c.min(d));
+    let largest = a.max(b).max(c.max(d));
+    let per_subpixel = 1.0 / SUBPIXELS as f32;
+    let first = (least * per_subpixel - 0.5).ceil();
+    let last = (largest * per_subpixel - 0.5).floor();
+    let end = f32x8::splat(simd, (count - 1) as f32);
+    let samples = [first.max(f32x8::splat(simd, 0.0)), last.min(end)];
+    (largest - least, samples)
+}
+
 #[inline(always)]
 fn store_wide<S: Simd>(simd: S, v: f32x8<S>, into: &mut [f64; BLOCK]) {
     let (low, high) = v.widen();
@@ -117,24 +134,13 @@ fn find_extents<S: Simd>(
     outlines: &mut Outlines,
     block: &mut SpanBlock,
 ) -> [f32x8<S>; 2] {
-    let per_subpixel = 1.0 / SUBPIXELS as f32;
-    let zero = f32x8::splat(simd, 0.0);
-    let least_x = x0.min(x1).min(x2.min(x3));
-    let least_y = y0.min(y1).min(y2.min(y3));
-    let largest_x = x0.max(x1).max(x2.max(x3));
-    let largest_y = y0.max(y1).max(y2.max(y3));
-    let first_x = (least_x * per_subpixel - 0.5).ceil().max(zero);
-    let first_y = (least_y * per_subpixel - 0.5).ceil().max(zero);
-    let right = f32x8::splat(simd, (drawing.width - 1) as f32);
-    let bottom = f32x8::splat(simd, (drawing.height - 1) as f32);
-    let last_x = (largest_x * per_subpixel - 0.5).floor().min(right);
-    let last_y = (largest_y * per_subpixel - 0.5).floor().min(bottom);
+    let (across, [first_x, last_x]) = extent([x0, x1, x2, x3], drawing.width);
+    let (down, [first_y, last_y]) = extent([y0, y1, y2, y3], drawing.height);
     first_x.store_array(&mut block.x[0]);
     last_x.store_array(&mut block.x[1]);
     first_y.store_array(&mut block.y[0]);
     last_y.store_array(&mut block.y[1]);
 
-    let (across, down) = (largest_x - least_x, largest_y - least_y);
     let limit = SMALL as f32;
     block.small = (across.simd_le(limit) & down.simd_le(limit)).to_bitmask() as u8;
     store_wide(simd, across, &mut outlines.extent[0]);
@@ -154,6 +160,7 @@ fn find_extents<S: Simd>(
     let left = is_column.select(first_x, column);
     let right = is_column.select(last_x, column + (tile - 1.0));
     let half = (SUBPIXELS / 2) as f32;
+    let per_subpixel = 1.0 / SUBPIXELS as f32;
     let (origin_x, origin_y) = ((x0 - half) * per_subpixel, (y0 - half) * per_subpixel);
     store_wide(simd, left - origin_x, &mut outlines.columns[0]);
     store_wide(simd, right - origin_x, &mut outlines.columns[1]);

@@ -7,7 +7,7 @@
 //! tiles at once:
 //!
 //! * **Masks** come from the ends of eight rows, as in [`crate::fill`].
-//! * **Depth.** First the nearest corner and the faces are compared all over each part ([`crate::part_bounds`]): most parts
+//! * **Depth.** First the nearest corner and the faces are compared all over each part (`part_bounds`): most parts
 //!   are decided by that, without masks. Then each face where the samples of a part get nearest to it. The
 //!   rectangle around a part's samples is found in the bits of their mask: fold four rows into one for the columns, and
 //!   read the highest bit off a float's exponent.

@@ -99,8 +99,8 @@ impl<S: Simd> Rows<S> {
         x * r[0] + y * r[1] + z * r[2] + r[3]
     }
 
-    /// [`transform`](crate::vertex::transform): X, Y, D and W. (The products of a position with zeros add nothing to D, or make the other sums something
-    /// that is nowhere inside.)
+    /// [`transform`](crate::vertex::transform): X, Y, D and W. (The products of a position with zeros add nothing to D, or
+    /// make the other sums something that is nowhere inside.)
     #[inline(always)]
     fn transform(&self, position: [S::f64s; 3]) -> [S::f64s; 4] {
         let depth = if self.is_depth_constant {

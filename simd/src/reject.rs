@@ -307,8 +307,9 @@ fn store_whole<S: Simd>(simd: S, v: f32x8<S>, into: &mut [i32; BLOCK]) {
     simd.cvt_i32_f32x8(v).store_array(into);
 }
 
-/// Areas are exact in f32 where the box around the corners has less than this, for no product is larger, nor twice any triangle. (The
-/// sum of two may then be rounded if it is larger, but by 1, where 2 or more are left of it when the third is taken off.)
+/// Areas are exact in f32 where the box around the corners has less than this, for no product is larger, nor twice any
+/// triangle. (The sum of two may then be rounded if it is larger, but by 1, where 2 or more are left of it when the third is
+/// taken off.)
 const EXACT: f32 = (1 << 24) as f32;
 
 /// How far areas may be off in f32, as a part of the area of the box around the corners. No product is larger than that, nor

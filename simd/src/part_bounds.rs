@@ -168,8 +168,7 @@ mod tests {
                     depth: 0.5 - slope_x * x - slope_y * y,
                 });
             }
-            for level in Level::available() {
-                let Some(token) = level.token() else { continue };
+            for token in Level::available().iter().filter_map(|level| level.token()) {
                 let found =
                     dispatch!(token, simd => bounds(simd, &outline, &faces, [across, down]));
                 for (i, bound) in found.into_iter().enumerate() {
@@ -177,11 +176,14 @@ mod tests {
                     let x = (tile % across) as i32 * TILE_SIZE;
                     let y = (tile / across) as i32 * TILE_SIZE + part as i32 * PART_HEIGHT;
                     let nearest = faces.nearest_over([x, x + 7], [y, y + 3]);
-                    assert!(nearest <= bound, "{level}: {faces:?} {x} {y}");
+                    assert!(nearest <= bound, "{token:?}: {faces:?} {x} {y}");
                     close += u32::from(nearest > bound - 1e-4 && bound < 0.75);
                 }
             }
         }
-        assert!(close > 50_000, "{close}");
+        let levels = Level::available()
+            .iter()
+            .filter(|level| level.token().is_some());
+        assert!(close > 25_000 * levels.count() as u32, "{close}");
     }
 }

@@ -214,7 +214,7 @@ impl<'a, S: Simd> Filler<'a, S> {
         (from.simd_le(last) & until.simd_ge(first)).to_bitmask() as u8
     }
 
-    /// Merges the strips of a small polygon that are known, and finds the others.
+    /// Merges the strips of a small polygon; finds those anew that reach beyond the picture's end.
     #[inline(always)]
     fn find_small(&mut self, block: &SpanBlock, i: usize) {
         let [first_tile, last] = self.small.tiles.each_ref().map(|end| end[i] as u32);
@@ -223,8 +223,7 @@ impl<'a, S: Simd> Filler<'a, S> {
         let until = last_row.min(self.last_row);
         for tile_y in from..until + 1 {
             let k = (tile_y - first_row) as usize;
-            if k >= self.small.found || tile_y == self.cut_row || first_tile > self.merger.last_from
-            {
+            if tile_y == self.cut_row || first_tile > self.merger.last_from {
                 self.find_strips(&Current::new(self.simd, block, i), tile_y);
                 continue;
             }

@@ -17,10 +17,7 @@ use crate::{PART_HEIGHT, PARTS_PER_TILE, TILE_SIZE};
 pub const SMALL: i32 = 48 * crate::SUBPIXELS;
 
 /// The most strips that a small polygon has.
-const STRIPS_FOUND: usize = (SMALL / crate::SUBPIXELS / TILE_SIZE) as usize + 1;
-
-/// Strips below the first are found here if so many polygons have one.
-const FEWEST_BELOW: u32 = 1;
+const MOST_STRIPS: usize = (SMALL / crate::SUBPIXELS / TILE_SIZE) as usize + 1;
 
 /// The strips of the small polygons of a block.
 pub(crate) struct SmallStrips {
@@ -28,24 +25,21 @@ pub(crate) struct SmallStrips {
     pub(crate) rows: [[i32; BLOCK]; 2],
     /// First and last columns of tiles.
     pub(crate) tiles: [[i32; BLOCK]; 2],
-    /// How many strips of each are known.
-    pub(crate) found: usize,
     /// Strip by strip, a byte for each of eight rows: the first covered columns, counted from the first tile.
-    pub(crate) first: [[u64; BLOCK]; STRIPS_FOUND],
+    pub(crate) first: [[u64; BLOCK]; MOST_STRIPS],
     /// And the first columns after those that are not covered.
-    pub(crate) end: [[u64; BLOCK]; STRIPS_FOUND],
+    pub(crate) end: [[u64; BLOCK]; MOST_STRIPS],
     /// Strip by strip, the depths over the halves of the first tile.
-    pub(crate) halves: [[[f32; BLOCK]; PARTS_PER_TILE]; STRIPS_FOUND],
+    pub(crate) halves: [[[f32; BLOCK]; PARTS_PER_TILE]; MOST_STRIPS],
 }
 
 impl SmallStrips {
     pub(crate) const EMPTY: SmallStrips = SmallStrips {
         rows: [[0; BLOCK]; 2],
         tiles: [[0; BLOCK]; 2],
-        found: 0,
-        first: [[0; BLOCK]; STRIPS_FOUND],
-        end: [[0; BLOCK]; STRIPS_FOUND],
-        halves: [[[0.0; BLOCK]; PARTS_PER_TILE]; STRIPS_FOUND],
+        first: [[0; BLOCK]; MOST_STRIPS],
+        end: [[0; BLOCK]; MOST_STRIPS],
+        halves: [[[0.0; BLOCK]; PARTS_PER_TILE]; MOST_STRIPS],
     };
 
     /// Finds the strips of the polygons that `small` names.
@@ -71,11 +65,9 @@ impl SmallStrips {
         let edges = Edges::new(simd, block);
 
         let last = last_row - first_row;
-        self.found = 0;
-        while self.found < STRIPS_FOUND {
-            let strip = self.found;
+        for strip in 0..MOST_STRIPS {
             let has_strip = last.simd_ge(strip as f32).to_bitmask() & u64::from(small);
-            if strip > 0 && has_strip.count_ones() < FEWEST_BELOW {
+            if has_strip == 0 {
                 return;
             }
             let row = (strip as i32 * TILE_SIZE) as f32;
@@ -84,7 +76,6 @@ impl SmallStrips {
             store_rows(upper[0], lower[0], &mut self.first[strip]);
             store_rows(upper[1], lower[1], &mut self.end[strip]);
             self.find_halves(simd, block, strip, [first_y, last_y], corner[1]);
-            self.found += 1;
         }
     }
 

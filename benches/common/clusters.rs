@@ -76,6 +76,7 @@ impl Canvas {
             first_row: 0,
             across: self.across,
             height: self.height,
+            gains: &mut [],
         };
         fill(level, std::iter::once(blocks), &mut rows);
     }

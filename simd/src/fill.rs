@@ -41,6 +41,9 @@ pub struct TileRows<'a> {
     pub across: usize,
     /// Rows of samples in the picture.
     pub height: i32,
+    /// For each owner of blocks, how many samples its polygons took over as they were filled: of those not covered before, and
+    /// of those known to be covered farther away. What others take over is not counted.
+    pub gains: &'a mut [u32],
 }
 
 impl TileRows<'_> {
@@ -62,12 +65,20 @@ pub fn fill<'b>(
 }
 
 fn fill_plain<'b>(runs: impl Iterator<Item = &'b [SpanBlock]>, rows: &mut TileRows<'_>) {
-    for polygon in runs.flatten().flat_map(SpanBlock::iter) {
-        fill_one_plain(&polygon, rows);
+    for block in runs.flatten() {
+        let gain: u32 = block
+            .iter()
+            .map(|polygon| fill_one_plain(&polygon, rows))
+            .sum();
+        if let Some(counted) = rows.gains.get_mut(block.owner as usize) {
+            *counted += gain;
+        }
     }
 }
 
-fn fill_one_plain(polygon: &SpanPolygon, rows: &mut TileRows<'_>) {
+/// Returns how many samples it took over.
+fn fill_one_plain(polygon: &SpanPolygon, rows: &mut TileRows<'_>) -> u32 {
+    let mut gain = 0;
     let first = (polygon.y[0] / TILE_SIZE).max(rows.first_row);
     let last = (polygon.y[1] / TILE_SIZE).min(rows.first_row + rows.rows() - 1);
     for tile_y in first..=last {
@@ -81,10 +92,11 @@ fn fill_one_plain(polygon: &SpanPolygon, rows: &mut TileRows<'_>) {
                     near_samples: &mut rows.near_samples[tile],
                     near: &mut rows.near[tile],
                 };
-                merge(tile, mask, polygon, tile_x, tile_y);
+                gain += merge(tile, mask, polygon, tile_x, tile_y);
             }
         }
     }
+    gain
 }
 
 #[inline(always)]
@@ -245,8 +257,11 @@ impl<'a, S: Simd> Filler<'a, S> {
                 row: self.row_of(tile_y),
                 from: first_tile,
                 last,
+                owner: block.owner,
             };
-            self.merger.merge_strip(&mut self.parts.borrow(), &strip);
+            let mut parts = self.parts.borrow();
+            let gain = self.merger.merge_strip(&mut parts, &strip);
+            parts.count(strip.owner, gain);
         }
     }
 
@@ -311,6 +326,7 @@ impl<'a, S: Simd> Filler<'a, S> {
                 row,
                 from,
                 last: until,
+                owner: p.owner,
             };
             self.waiting.count += 1;
             if self.waiting.count == STRIPS {
@@ -420,6 +436,7 @@ struct Current<S: Simd> {
     per_tile: f32,
     farthest: f32,
     nearest: f32,
+    owner: u32,
 }
 
 impl<S: Simd> Current<S> {
@@ -447,6 +464,7 @@ impl<S: Simd> Current<S> {
             per_tile: block.per_tile[i],
             farthest: block.farthest[i],
             nearest: block.nearest[i],
+            owner: block.owner,
         }
     }
 

@@ -15,6 +15,9 @@ pub(crate) const STRIPS: usize = 32;
 /// A strip has so many tiles at most, a multiple of what any vector holds: its columns fit a byte.
 pub(crate) const TILES_PER_STRIP: u32 = 24;
 
+/// No vector has more lanes of 32 bits.
+const MOST_LANES: usize = 16;
+
 /// The depths of a polygon in a row of tiles: see [`crate::part_depth`].
 #[derive(Clone, Copy)]
 pub(crate) struct RowDepth {
@@ -42,6 +45,8 @@ pub(crate) struct Strip {
     pub(crate) from: u32,
     /// The last tile.
     pub(crate) last: u32,
+    /// Whose it is: [`SpanBlock`](crate::spans::SpanBlock).
+    pub(crate) owner: u32,
 }
 
 impl Strip {
@@ -58,6 +63,7 @@ impl Strip {
         row: 0,
         from: 0,
         last: 0,
+        owner: 0,
     };
 }
 
@@ -67,13 +73,14 @@ pub(crate) struct Waiting {
     pub(crate) count: usize,
 }
 
-/// The parts of [`TileRows`]. The slices have the same length, and the compiler can see it: one comparison is enough to know
-/// that a range lies within each of them.
+/// The parts of [`TileRows`], whose slices have the same length, and the compiler can see it: one comparison is enough to know
+/// that a range lies within each of them. And what their owners gain.
 pub(crate) struct Parts<'a> {
     coverage: &'a mut [u32],
     far: &'a mut [f32],
     near_samples: &'a mut [u32],
     near: &'a mut [f32],
+    gains: &'a mut [u32],
 }
 
 impl<'a> Parts<'a> {
@@ -84,6 +91,7 @@ impl<'a> Parts<'a> {
             far: rows.far.as_flattened_mut(),
             near_samples: bytemuck::cast_slice_mut(rows.near_samples),
             near: rows.near.as_flattened_mut(),
+            gains: rows.gains,
         }
         .of_same_length()
     }
@@ -96,6 +104,7 @@ impl<'a> Parts<'a> {
             far: &mut self.far[..count],
             near_samples: &mut self.near_samples[..count],
             near: &mut self.near[..count],
+            gains: self.gains,
         }
     }
 
@@ -106,6 +115,15 @@ impl<'a> Parts<'a> {
             far: &mut *self.far,
             near_samples: &mut *self.near_samples,
             near: &mut *self.near,
+            gains: &mut *self.gains,
+        }
+    }
+
+    /// Counts what an owner gains.
+    #[inline(always)]
+    pub(crate) fn count(&mut self, owner: u32, gain: u32) {
+        if let Some(counted) = self.gains.get_mut(owner as usize) {
+            *counted += gain;
         }
     }
 }
@@ -133,20 +151,21 @@ impl<S: Simd> Merger<S> {
         }
     }
 
-    /// Merges a strip.
+    /// Merges a strip. Returns how many samples it took over.
     #[inline(always)]
-    pub(crate) fn merge_strip(&self, parts: &mut Parts<'_>, strip: &Strip) {
+    pub(crate) fn merge_strip(&self, parts: &mut Parts<'_>, strip: &Strip) -> u32 {
         let depths = Depths::new(self.simd, &strip.depth);
         let mut first = self.masks.ends(strip.first);
         let end = self.masks.ends(strip.end);
         let mut start = strip.from;
         let mut columns = self.masks.columns_from(0);
         let mut number = self.numbers(&strip.depth, start);
+        let mut gain = 0;
         loop {
             let mask = self.masks.between(first, end, columns);
-            self.merge(parts, mask, depths.of(number), strip.row + start);
+            gain += self.merge(parts, mask, depths.of(number), strip.row + start);
             if start + Self::TILES > strip.last {
-                return;
+                return gain;
             }
             if start + Self::TILES <= self.last_from {
                 start += Self::TILES;
@@ -234,9 +253,9 @@ impl<S: Simd> Merger<S> {
             .all_true()
     }
 
-    /// Merges the samples `mask`, in parts at these depths, into the tiles from `tile`.
+    /// Merges the samples `mask`, in parts at these depths, into the tiles from `tile`. Returns how many samples it took over.
     #[inline(always)]
-    fn merge(&self, parts: &mut Parts<'_>, mask: S::u32s, depth: S::f32s, tile: u32) {
+    fn merge(&self, parts: &mut Parts<'_>, mask: S::u32s, depth: S::f32s, tile: u32) -> u32 {
         let simd = self.simd;
         let at = tile as usize * PARTS_PER_TILE;
         let range = at..at + S::u32s::LEN;
@@ -248,7 +267,7 @@ impl<S: Simd> Merger<S> {
             let uncovered = S::f32s::splat(simd, UNCOVERED);
             let depth = mask.simd_eq(none).select(uncovered, depth);
             depth.store_slice(&mut parts.far[range]);
-            return;
+            return Self::count(mask);
         }
         let far = S::f32s::from_slice(simd, &parts.far[range.clone()]);
         let near_samples = S::u32s::from_slice(simd, &parts.near_samples[range.clone()]);
@@ -258,8 +277,9 @@ impl<S: Simd> Merger<S> {
         let hidden = of_parts::<S>(far.simd_ge(depth), far_samples)
             | of_parts::<S>(near.simd_ge(depth), near_samples);
         let new = mask & !hidden;
-        if new.simd_eq(none).all_true() {
-            return;
+        let is_none = new.simd_eq(none);
+        if is_none.all_true() {
+            return 0;
         }
         let far_samples = far_samples & !new;
         let near_samples = near_samples & !new;
@@ -267,9 +287,9 @@ impl<S: Simd> Merger<S> {
         if (far_samples | near_samples).simd_eq(none).all_true() {
             // Nothing but this polygon is left, or nothing at all.
             none.store_slice(&mut parts.near_samples[range.clone()]);
-            let depth = new.simd_eq(none).select(far, depth);
+            let depth = is_none.select(far, depth);
             depth.store_slice(&mut parts.far[range]);
-            return;
+            return Self::count(new);
         }
         let layers = [
             Layer::new(far_samples, far),
@@ -281,6 +301,19 @@ impl<S: Simd> Merger<S> {
             .store_slice(&mut parts.near_samples[range.clone()]);
         far.store_slice(&mut parts.far[range.clone()]);
         near.depth.store_slice(&mut parts.near[range]);
+        Self::count(new)
+    }
+
+    /// How many samples there are.
+    #[inline(always)]
+    fn count(samples: S::u32s) -> u32 {
+        let mut parts = [0_u64; MOST_LANES / 2];
+        samples.store_slice(&mut bytemuck::cast_slice_mut(&mut parts)[..S::u32s::LEN]);
+        let mut count = 0;
+        for part in &parts[..S::u32s::LEN / 2] {
+            count += part.count_ones();
+        }
+        count
     }
 }
 
@@ -298,7 +331,8 @@ pub(crate) fn merge_strips<S: Simd>(
             let mut parts = parts.borrow().of_same_length();
             let merger = Merger::new(simd, last_from);
             for strip in &waiting.strips[..waiting.count] {
-                merger.merge_strip(&mut parts, strip);
+                let gain = merger.merge_strip(&mut parts, strip);
+                parts.count(strip.owner, gain);
             }
             waiting.count = 0;
         },

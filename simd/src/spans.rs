@@ -171,6 +171,8 @@ pub const BLOCK: usize = 8;
 pub struct SpanBlock {
     /// Bit `i` is set if there is a polygon `i`.
     pub present: u8,
+    /// Whose polygons these are: a place in the gains that [`fill`](crate::fill::fill) counts.
+    pub owner: u32,
     /// Bit `i` is set if polygon `i` is small: [`SMALL`].
     pub small: u8,
     /// Whether the second and the third edge have their inside on the right: bit `i` for polygon `i`.
@@ -203,6 +205,7 @@ impl SpanBlock {
     /// No polygon.
     pub const EMPTY: SpanBlock = SpanBlock {
         present: 0,
+        owner: 0,
         small: 0,
         lower: [0; 2],
         slope: [[0.0; BLOCK]; EDGES],
@@ -341,6 +344,7 @@ impl SpanBlocks {
         let block = &mut self.memory[self.count];
         self.count += 1;
         block.present = 0;
+        block.owner = 0;
         block.small = 0;
         block.lower = [0; 2];
         block
@@ -349,6 +353,13 @@ impl SpanBlocks {
     /// Appends a block.
     pub fn push(&mut self, block: SpanBlock) {
         *self.append() = block;
+    }
+
+    /// Says whose the blocks from `first` on are.
+    pub fn set_owner(&mut self, first: usize, owner: u32) {
+        for block in &mut self.memory[first..self.count] {
+            block.owner = owner;
+        }
     }
 
     /// Appends polygons, in blocks of their own.

@@ -36,9 +36,17 @@ pub struct TileMut<'a> {
     pub near: &'a mut [f32; PARTS_PER_TILE],
 }
 
-/// Merges the samples `mask` of a polygon, all in tile (`tile_x`, `tile_y`), into the tile.
+/// Merges the samples `mask` of a polygon, all in tile (`tile_x`, `tile_y`), into the tile. Returns how many samples it
+/// took over.
 #[inline]
-pub fn merge(tile: TileMut<'_>, mask: u64, polygon: &SpanPolygon, tile_x: i32, tile_y: i32) {
+pub fn merge(
+    tile: TileMut<'_>,
+    mask: u64,
+    polygon: &SpanPolygon,
+    tile_x: i32,
+    tile_y: i32,
+) -> u32 {
+    let mut gain = 0;
     for (part, part_mask) in PART_MASKS.into_iter().enumerate() {
         let samples = mask & part_mask;
         if samples == 0 {
@@ -55,12 +63,18 @@ pub fn merge(tile: TileMut<'_>, mask: u64, polygon: &SpanPolygon, tile_x: i32, t
             layer(far_samples, tile.far[part]),
             layer(near_samples, tile.near[part]),
         ];
-        let [far, near] = merge_layer(layers, layer(samples, depth));
+        let new = new_of(layers, layer(samples, depth));
+        if new.samples == 0 {
+            continue;
+        }
+        gain += new.samples.count_ones();
+        let [far, near] = merge_layer(layers, new);
         tile.far[part] = far.depth;
         tile.near[part] = near.depth;
         *tile.near_samples = *tile.near_samples & !part_mask | near.samples;
     }
     *tile.coverage |= mask;
+    gain
 }
 
 /// Samples, and a depth than which none of them is farther.
@@ -75,17 +89,21 @@ const EMPTY: Layer = Layer {
     depth: UNCOVERED,
 };
 
-/// Merges a third layer into a part's far and near ones; none that is not empty is farther than the far one.
+/// What is left of a third layer beside a part's two that are nearer, or as near.
 #[inline]
-fn merge_layer([mut far, mut near]: [Layer; 2], mut new: Layer) -> [Layer; 2] {
-    for layer in [far, near] {
+fn new_of(layers: [Layer; 2], mut new: Layer) -> Layer {
+    for layer in layers {
         if layer.depth >= new.depth {
             new.samples &= !layer.samples;
         }
     }
-    if new.samples == 0 {
-        return [far, near];
-    }
+    new
+}
+
+/// Merges what is new of a third layer ([`new_of`]), not nothing, into a part's far and near ones; none that is not empty is
+/// farther than the far one.
+#[inline]
+fn merge_layer([mut far, mut near]: [Layer; 2], new: Layer) -> [Layer; 2] {
     far.samples &= !new.samples;
     near.samples &= !new.samples;
     let layers = [far, near, new].map(|layer| if layer.samples == 0 { EMPTY } else { layer });
@@ -122,28 +140,37 @@ mod tests {
         Layer { samples, depth }
     }
 
+    fn merged(layers: [Layer; 2], third: Layer) -> [Layer; 2] {
+        let new = new_of(layers, third);
+        if new.samples == 0 {
+            layers
+        } else {
+            merge_layer(layers, new)
+        }
+    }
+
     #[test]
     fn a_part_keeps_the_farthest_of_the_nearest_surfaces() {
         let (near, far) = (0.75, 0.25);
-        let one = merge_layer([EMPTY, EMPTY], layer(0b11, far));
+        let one = merged([EMPTY, EMPTY], layer(0b11, far));
         assert_eq!(one, [layer(0b11, far), EMPTY]);
         // A nearer surface in front of all of it moves the part nearer; in front of half of it, it does not.
         assert_eq!(
-            merge_layer(one, layer(0b11, near)),
+            merged(one, layer(0b11, near)),
             [layer(0b11, near), EMPTY]
         );
-        let half = merge_layer(one, layer(0b01, near));
+        let half = merged(one, layer(0b01, near));
         assert_eq!(half, [layer(0b10, far), layer(0b01, near)]);
         // Until the other half follows.
         assert_eq!(
-            merge_layer(half, layer(0b10, 0.5)),
+            merged(half, layer(0b10, 0.5)),
             [layer(0b10, 0.5), layer(0b01, near)]
         );
         // A farther one behind it changes nothing; beside it, it moves the part away.
-        let front = merge_layer([EMPTY, EMPTY], layer(0b11, near));
-        assert_eq!(merge_layer(front, layer(0b01, far)), front);
+        let front = merged([EMPTY, EMPTY], layer(0b11, near));
+        assert_eq!(merged(front, layer(0b01, far)), front);
         assert_eq!(
-            merge_layer(front, layer(0b110, far)),
+            merged(front, layer(0b110, far)),
             [layer(0b100, far), layer(0b11, near)]
         );
     }
@@ -151,21 +178,21 @@ mod tests {
     #[test]
     fn of_three_layers_the_two_closest_become_one_at_the_farther_depth() {
         // Distances 10, 2 and 1.
-        let two = merge_layer(
-            merge_layer([EMPTY, EMPTY], layer(0b1, 0.1)),
+        let two = merged(
+            merged([EMPTY, EMPTY], layer(0b1, 0.1)),
             layer(0b10, 0.5),
         );
         assert_eq!(
-            merge_layer(two, layer(0b100, 1.0)),
+            merged(two, layer(0b100, 1.0)),
             [layer(0b1, 0.1), layer(0b110, 0.5)]
         );
         // Distances 10, 9 and 1.
-        let two = merge_layer(
-            merge_layer([EMPTY, EMPTY], layer(0b1, 0.1)),
+        let two = merged(
+            merged([EMPTY, EMPTY], layer(0b1, 0.1)),
             layer(0b10, 1.0 / 9.0),
         );
         assert_eq!(
-            merge_layer(two, layer(0b100, 1.0)),
+            merged(two, layer(0b100, 1.0)),
             [layer(0b11, 0.1), layer(0b100, 1.0)]
         );
     }
@@ -182,7 +209,7 @@ mod tests {
             let mut exact = [f32::NEG_INFINITY; 3];
             for step in 0..4 {
                 let surface = surfaces[sequence / count.pow(step) % count];
-                part = merge_layer(part, surface);
+                part = merged(part, surface);
                 for (bit, depth) in exact.iter_mut().enumerate() {
                     if surface.samples >> bit & 1 == 1 {
                         *depth = depth.max(surface.depth);

@@ -33,6 +33,8 @@ const FEWEST_CLUSTERS: usize = 2;
 pub struct RoundMemory {
     round: Vec<WaitingCluster>,
     assemblies: Vec<Assembly>,
+    /// How many samples each cluster of the round took over: see [`TileRows::gains`](antumbra_simd::fill::TileRows).
+    gains: Vec<u32>,
 }
 
 /// What a task keeps.
@@ -54,7 +56,11 @@ pub fn draw_waiting(
     memory: &mut RoundMemory,
     mut hide: impl FnMut(u32),
 ) {
-    let RoundMemory { round, assemblies } = memory;
+    let RoundMemory {
+        round,
+        assemblies,
+        gains,
+    } = memory;
     let threads = frame.tasks.threads();
     let most = if waiting.len() < MANY_WAITING {
         CLUSTERS_PER_ROUND
@@ -83,7 +89,8 @@ pub fn draw_waiting(
         frame
             .tasks
             .each(Work::Assemble, assemblies, |task, assembly| {
-                assembly.assemble(frame, share_of(round, share, task), waiting, buffer);
+                let clusters = share_of(round, share, task);
+                assembly.assemble(frame, clusters, task * share, waiting, buffer);
                 // One task is filled as a whole.
                 if count > 1 {
                     assembly.list.find_rows();
@@ -95,7 +102,10 @@ pub fn draw_waiting(
         } else {
             frame.tasks
         };
-        buffer.draw_blocks(assemblies.iter().map(|assembly| &assembly.list), tasks);
+        gains.clear();
+        gains.resize(round.len(), 0);
+        let lists = assemblies.iter().map(|assembly| &assembly.list);
+        buffer.draw_blocks(lists, gains, tasks);
         let of_tasks = assemblies.iter().enumerate();
         let hidden = of_tasks.fold(0, |hidden, (task, assembly)| {
             hidden | assembly.hidden << (task * share)
@@ -106,11 +116,12 @@ pub fn draw_waiting(
 }
 
 impl Assembly {
-    /// Asks clusters, and sets the triangles up of those that are not hidden.
+    /// Asks clusters, and sets the triangles up of those that are not hidden. The first of them is number `first` of the round.
     fn assemble(
         &mut self,
         frame: &Frame<'_>,
         clusters: &[WaitingCluster],
+        first: usize,
         waiting: &Waiting,
         buffer: &OcclusionBuffer,
     ) {
@@ -121,7 +132,9 @@ impl Assembly {
                 self.hidden |= 1 << i;
             } else {
                 let placed = waiting.object_of(cluster);
+                let blocks = self.list.blocks.len();
                 self.set_up(frame, placed, cluster.cluster as usize, buffer);
+                self.list.blocks.set_owner(blocks, (first + i) as u32);
             }
         }
     }

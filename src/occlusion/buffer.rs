@@ -163,13 +163,15 @@ impl OcclusionBuffer {
         self.finished = false;
     }
 
-    /// Draws triangles that were assembled for this buffer's camera and size, list after list.
+    /// Draws triangles that were assembled for this buffer's camera and size, list after list, and adds to `gains` what the
+    /// owners of the blocks gain.
     pub(crate) fn draw_blocks<'a>(
         &mut self,
         lists: impl Iterator<Item = &'a BlockList> + Clone + Sync,
+        gains: &mut [u32],
         tasks: Tasks<'_>,
     ) {
-        self.tiles.fill_blocks(lists, tasks);
+        self.tiles.fill_blocks(lists, gains, tasks);
         self.finished = false;
     }
 

@@ -24,6 +24,8 @@ pub struct TileBuffer {
     near: Vec<[f32; PARTS_PER_TILE]>,
     level: Level,
     bands: Bands,
+    /// What the owners of blocks gain in each band.
+    gains: Vec<u32>,
 }
 
 /// Equal if everything that means something is: not the depths of layers without samples, nor the instruction set.
@@ -57,6 +59,7 @@ impl TileBuffer {
             near: vec![[UNCOVERED; PARTS_PER_TILE]; tiles],
             level: Level::best(),
             bands: Bands::default(),
+            gains: Vec::new(),
         }
     }
 
@@ -69,6 +72,7 @@ impl TileBuffer {
     pub(crate) fn clear_by(&mut self, tasks: Tasks<'_>) {
         let rows = self.size.tiles_down();
         self.bands.weigh(rows, tasks.threads(), std::iter::empty());
+        self.gains.clear();
         self.each_band(tasks, Work::Clear, |band| {
             band.coverage.fill(0);
             band.far.fill([UNCOVERED; PARTS_PER_TILE]);
@@ -134,7 +138,7 @@ impl TileBuffer {
         } else {
             1
         };
-        self.fill_blocks(std::iter::once(&list), Tasks::shared(threads));
+        self.fill_blocks(std::iter::once(&list), &mut [], Tasks::shared(threads));
     }
 
     /// Whether a rectangle of samples is hidden.
@@ -162,15 +166,18 @@ impl TileBuffer {
         }
     }
 
-    /// Fills triangles in order, list after list.
+    /// Fills triangles in order, list after list, and adds to `gains` what their owners gain: see [`TileRows`].
     pub(crate) fn fill_blocks<'a>(
         &mut self,
         lists: impl Iterator<Item = &'a BlockList> + Clone + Sync,
+        gains: &mut [u32],
         tasks: Tasks<'_>,
     ) {
         let level = self.level;
         let rows = self.size.tiles_down();
         self.bands.weigh(rows, tasks.threads(), lists.clone());
+        self.gains.clear();
+        self.gains.resize(self.bands.count() * gains.len(), 0);
         self.each_band(tasks, Work::Fill, |mut band| {
             let first = band.first_row;
             let last = first + (band.coverage.len() / band.across) as i32 - 1;
@@ -178,6 +185,13 @@ impl TileBuffer {
             let runs = lists.flat_map(|list| list.in_rows(first, last));
             fill(level, runs, &mut band);
         });
+        if !gains.is_empty() {
+            for of_band in self.gains.chunks(gains.len()) {
+                for (sum, gain) in gains.iter_mut().zip(of_band) {
+                    *sum += gain;
+                }
+            }
+        }
     }
 
     /// Does something with all tiles, band after band.
@@ -191,14 +205,16 @@ impl TileBuffer {
             first_row: 0,
             across: self.size.tiles_across(),
             height: self.size.height() as i32,
+            gains: &mut self.gains,
         };
+        let owners = all.gains.len() / bands.count().max(1);
         tasks.divide(
             work,
             bands.count(),
             all,
             |some, count| {
                 let rows = bands.rows_from(some.first_row as usize, count);
-                split_rows(some, rows)
+                split_rows(some, rows, count * owners)
             },
             of_band,
         );
@@ -220,14 +236,15 @@ impl TileBuffer {
     }
 }
 
-/// The first `rows` rows of tiles, and the others.
-fn split_rows(band: TileRows<'_>, rows: usize) -> (TileRows<'_>, TileRows<'_>) {
+/// The first `rows` rows of tiles with as many gains, and the others.
+fn split_rows(band: TileRows<'_>, rows: usize, gains: usize) -> (TileRows<'_>, TileRows<'_>) {
     let (across, first_row, height) = (band.across, band.first_row, band.height);
     let tiles = rows * across;
     let (coverage, coverage_below) = band.coverage.split_at_mut(tiles);
     let (far, far_below) = band.far.split_at_mut(tiles);
     let (near_samples, near_samples_below) = band.near_samples.split_at_mut(tiles);
     let (near, near_below) = band.near.split_at_mut(tiles);
+    let (gains, gains_below) = band.gains.split_at_mut(gains);
     let above = TileRows {
         coverage,
         far,
@@ -236,6 +253,7 @@ fn split_rows(band: TileRows<'_>, rows: usize) -> (TileRows<'_>, TileRows<'_>) {
         first_row,
         across,
         height,
+        gains,
     };
     let below = TileRows {
         coverage: coverage_below,
@@ -245,6 +263,7 @@ fn split_rows(band: TileRows<'_>, rows: usize) -> (TileRows<'_>, TileRows<'_>) {
         first_row: first_row + rows as i32,
         across,
         height,
+        gains: gains_below,
     };
     (above, below)
 }

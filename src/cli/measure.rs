@@ -37,10 +37,6 @@ pub struct Measure {
     #[command(flatten)]
     frames: FrameOptions,
 
-    /// How occluders are chosen
-    #[arg(long, value_name = "SELECTION", default_value = "nearest", value_parser = ["nearest"])]
-    occluders: String,
-
     /// How depth is represented
     #[arg(long, value_name = "REPRESENTATION", default_value = "no-background", value_parser = ["no-background"])]
     depth: String,

@@ -6,10 +6,11 @@ use std::sync::Arc;
 
 use antumbra::cull::Level;
 use antumbra::cull::Settings;
-use antumbra::occluders::Budget;
+use antumbra::occluders::{Budget, Selection};
 use antumbra::occlusion::Accuracy;
 use antumbra::scene::Scene;
 use antumbra::view::{CameraPath, PictureSize};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 
 use super::failure::Failure;
@@ -39,7 +40,11 @@ pub struct CullOptions {
     #[arg(long, value_name = "PX", default_value_t = 64)]
     pub hole: u32,
 
-    /// Triangles that may be drawn as occluders in a frame: a number, all, or auto (now the same as all)
+    /// How occluders are chosen
+    #[arg(long, value_name = "SELECTION", default_value = "contribution", value_parser = selections())]
+    pub occluders: Selection,
+
+    /// Triangles that may be drawn as occluders in a frame: a number, all, or auto: those that pay
     #[arg(long, value_name = "TRIANGLES|all|auto", default_value = "auto", value_parser = parse_budget)]
     pub budget: Budget,
 
@@ -68,6 +73,7 @@ impl CullOptions {
         };
         Ok(Settings {
             accuracy,
+            occluders: self.occluders,
             budget: self.budget,
             threads: self.threads.map_or(0, usize::from),
             level,
@@ -92,9 +98,18 @@ fn parse_size(text: &str) -> Result<PictureSize, String> {
     PictureSize::new(width, height).map_err(|e| e.to_string())
 }
 
+/// Reads the name of a selection.
+fn selections() -> impl TypedValueParser<Value = Selection> {
+    PossibleValuesParser::new(Selection::ALL.map(Selection::name)).map(|name| {
+        let named = |selection: &Selection| selection.name() == name;
+        Selection::ALL.into_iter().find(named).unwrap_or_default()
+    })
+}
+
 fn parse_budget(text: &str) -> Result<Budget, String> {
     match text {
-        "all" | "auto" => Ok(Budget::All),
+        "all" => Ok(Budget::All),
+        "auto" => Ok(Budget::Auto),
         number => number
             .parse()
             .map(Budget::Triangles)
@@ -155,7 +170,7 @@ mod tests {
     #[test]
     fn budgets_are_a_number_all_or_auto() {
         assert_eq!(parse_budget("all"), Ok(Budget::All));
-        assert_eq!(parse_budget("auto"), Ok(Budget::All));
+        assert_eq!(parse_budget("auto"), Ok(Budget::Auto));
         assert_eq!(parse_budget("5000"), Ok(Budget::Triangles(5000)));
         assert!(parse_budget("some").is_err());
         assert!(parse_budget("-1").is_err());

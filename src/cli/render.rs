@@ -146,6 +146,7 @@ pub fn draw_frame(
     overlay: Option<(&str, usize)>,
 ) -> DrawnFrame {
     let set = culler.cull(camera);
+    let in_frustum = culler.in_frustum(camera);
     let size = culler.settings().size;
     let scene: &Scene = culler.scene();
     let picture = pool.install(|| render_image(scene, camera, size, &set.visible));
@@ -156,6 +157,7 @@ pub fn draw_frame(
                 scene,
                 camera,
                 size,
+                in_frustum: &in_frustum,
                 set: &set,
                 map: buffer.map(),
             };
@@ -167,7 +169,7 @@ pub fn draw_frame(
             pool.install(|| overlay_image(&frame, &picture, &title))
         });
     DrawnFrame {
-        in_frustum: set.in_frustum.len(),
+        in_frustum: in_frustum.len(),
         visible: set.visible.len(),
         time: set.times.total(),
         picture,

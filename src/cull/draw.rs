@@ -6,7 +6,8 @@ use super::rounds::{EVERYTHING, RoundMemory, draw_waiting};
 use super::traverse::{TraverseMemory, hide_subtrees};
 use super::waiting::{Waiting, nearness};
 use super::{Frame, Statistics};
-use crate::occluders::{object_of, sort_nearest};
+use super::marks::Marks;
+use crate::occluders::{Contributions, DrawnCluster, object_of, sort_nearest};
 use crate::occlusion::{Footprint, OcclusionBuffer};
 use crate::tasks::Work;
 
@@ -26,6 +27,7 @@ const MORE_BEFORE_NEXT_LOOK: usize = 3;
 #[derive(Debug, Default)]
 pub struct DrawMemory {
     batch: Vec<u32>,
+    chosen: Vec<u32>,
     to_draw: Vec<(u32, Footprint)>,
     ask: AskMemory,
     waiting: Waiting,
@@ -36,9 +38,11 @@ pub struct DrawMemory {
 /// What drawing found and did.
 pub struct Drawn<'a> {
     /// For each object, whether it was found hidden. What a part of the occluders hides stays hidden behind all of them.
-    pub hidden: &'a mut [bool],
-    /// The objects that were drawn, in order.
-    pub occluders: &'a mut Vec<u32>,
+    pub hidden: &'a mut Marks,
+    /// The clusters that were drawn, in order.
+    pub occluders: &'a mut Vec<DrawnCluster>,
+    /// What is remembered of clusters.
+    pub contributions: &'a mut Contributions,
     /// Counts.
     pub statistics: &'a mut Statistics,
 }
@@ -50,7 +54,7 @@ pub fn draw_occluders(
     candidates: &mut Vec<u64>,
     buffer: &mut OcclusionBuffer,
     memory: &mut DrawMemory,
-    mut drawn: Drawn<'_>,
+    drawn: &mut Drawn<'_>,
 ) {
     let mut before_look = OBJECTS_BEFORE_LOOK;
     let mut per_batch = OBJECTS_PER_BATCH;
@@ -64,11 +68,15 @@ pub fn draw_occluders(
         let is_within_budget = batches.all(|batch| {
             memory.batch.clear();
             memory.batch.extend(batch.iter().map(|&key| object_of(key)));
-            draw_batch(frame, buffer, memory, &mut drawn)
+            draw_batch(frame, buffer, memory, drawn)
         });
         candidates.drain(..taken);
-        if candidates.is_empty() || !is_within_budget {
-            return draw_until(EVERYTHING, frame, buffer, memory, drawn.hidden);
+        if !is_within_budget {
+            return;
+        }
+        if candidates.is_empty() {
+            draw_until(EVERYTHING, frame, buffer, memory, drawn);
+            return;
         }
         hide_subtrees(
             frame,
@@ -77,7 +85,7 @@ pub fn draw_occluders(
             drawn.hidden,
             drawn.statistics,
         );
-        candidates.retain(|&key| !drawn.hidden[object_of(key) as usize]);
+        candidates.retain(|&key| !drawn.hidden.has(object_of(key)));
         before_look *= MORE_BEFORE_NEXT_LOOK;
         per_batch = MOST_PER_BATCH.min(2 * per_batch);
     }
@@ -94,48 +102,56 @@ fn draw_batch(
     let answers = ask(frame, batch, buffer, &mut memory.ask);
     drawn.statistics.occluders_asked += batch.len() as u64;
     memory.to_draw.clear();
-    let mut spent = false;
     for (&object, &answer) in batch.iter().zip(answers) {
-        let cost = u64::from(frame.occluders.triangles_of(object));
         match answer {
-            Answer::Hidden => drawn.hidden[object as usize] = true,
+            Answer::Hidden => drawn.hidden.set(object),
             // Its own mesh may be far beyond any budget: that is what it has a proxy for.
             Answer::CutOpen => {}
-            Answer::Visible(footprint) => {
-                let triangles = drawn.statistics.occluder_triangles + cost;
-                if !frame.settings.budget.allows(triangles) {
-                    spent = true;
-                    break;
-                }
-                drawn.statistics.occluder_triangles = triangles;
-                drawn.occluders.push(object);
-                memory.to_draw.push((object, footprint));
-            }
+            Answer::Visible(footprint) => memory.to_draw.push((object, footprint)),
         }
     }
-    drawn.statistics.occluders_drawn += memory.to_draw.len() as u64;
     // What is behind all that begins here may wait for others that begin before it.
     let Some(&(_, farthest)) = memory.to_draw.last() else {
-        return !spent;
+        return true;
     };
-    let hide = |object: u32| drawn.hidden[object as usize] = true;
-    memory.waiting.add(frame, &memory.to_draw, buffer, hide);
-    draw_until(nearness(farthest), frame, buffer, memory, drawn.hidden);
-    !spent
+    let (contributions, hidden) = (&*drawn.contributions, &mut *drawn.hidden);
+    let hide = |object: u32| hidden.set(object);
+    memory
+        .waiting
+        .add(frame, &memory.to_draw, buffer, contributions, hide);
+    draw_until(nearness(farthest), frame, buffer, memory, drawn)
 }
 
-/// Draws what waits as far as a horizon.
+/// Draws the clusters that are remembered and worth it.
+pub fn draw_remembered(
+    frame: &Frame<'_>,
+    buffer: &mut OcclusionBuffer,
+    memory: &mut DrawMemory,
+    drawn: &mut Drawn<'_>,
+) {
+    memory.waiting.clear();
+    drawn
+        .contributions
+        .choose(frame.settings.budget, &mut memory.chosen);
+    memory.waiting.recall(
+        frame,
+        &memory.chosen,
+        drawn.contributions,
+        buffer.screen(),
+    );
+    draw_until(EVERYTHING, frame, buffer, memory, drawn);
+}
+
+/// Draws what waits as far as a horizon. Whether the budget allows for more.
 fn draw_until(
     horizon: u32,
     frame: &Frame<'_>,
     buffer: &mut OcclusionBuffer,
     memory: &mut DrawMemory,
-    hidden: &mut [bool],
-) {
+    drawn: &mut Drawn<'_>,
+) -> bool {
     let DrawMemory {
         waiting, rounds, ..
     } = memory;
-    draw_waiting(frame, waiting, horizon, buffer, rounds, |object| {
-        hidden[object as usize] = true;
-    });
+    draw_waiting(frame, waiting, horizon, buffer, rounds, drawn)
 }

@@ -10,6 +10,7 @@
 
 mod ask;
 mod draw;
+mod marks;
 mod occluders;
 mod rounds;
 mod statistics;
@@ -22,16 +23,17 @@ use std::time::Instant;
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
-use crate::occluders::{Budget, distance_keys};
+use crate::occluders::{Budget, Contributions, DrawnCluster, Selection, distance_keys};
 use crate::occlusion::{Accuracy, OcclusionBuffer};
 use crate::scene::Scene;
 use crate::tasks::{Record, Stage, Tasks, Work, stay_awake};
-use crate::view::{Camera, Frustum, PictureSize};
+use crate::view::{Camera, Containment, Frustum, PictureSize, Planes};
 
-use draw::{DrawMemory, Drawn, draw_occluders};
+use draw::{DrawMemory, Drawn, draw_occluders, draw_remembered};
+use marks::Marks;
 use occluders::Occluders;
 use test::{TestMemory, not_hidden};
-use traverse::{FrustumMemory, Subtrees};
+use traverse::{FrustumMemory, Subtrees, TraverseMemory, not_hidden_so_far};
 
 pub use antumbra_simd::{Level, LevelUnavailable};
 pub use statistics::{StageTimes, Statistics};
@@ -43,6 +45,8 @@ pub struct Settings {
     pub size: PictureSize,
     /// What may be lost.
     pub accuracy: Accuracy,
+    /// How occluders are chosen.
+    pub occluders: Selection,
     /// How many triangles may be drawn as occluders.
     pub budget: Budget,
     /// Threads to use; 0: as many as the machine runs at once.
@@ -52,12 +56,13 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Exact, without a budget, on all threads.
+    /// Exact, by contribution, with a budget chosen by counted work, on all threads.
     pub fn new(size: PictureSize) -> Settings {
         Settings {
             size,
             accuracy: Accuracy::Exact,
-            budget: Budget::All,
+            occluders: Selection::default(),
+            budget: Budget::default(),
             threads: 0,
             level: Level::best(),
         }
@@ -67,12 +72,11 @@ impl Settings {
 /// What a camera may see, and what finding it took.
 #[derive(Clone, Debug, Default)]
 pub struct VisibleSet {
-    /// Objects in the frustum, in scene order.
-    pub in_frustum: Vec<u32>,
-    /// Those that are not culled, in scene order.
+    /// The objects in the frustum that are not culled, in scene order.
     pub visible: Vec<u32>,
-    /// Those that were drawn as occluders, in the order they were drawn. May hold some that were found hidden after.
-    pub occluders: Vec<u32>,
+    /// The clusters that were drawn as occluders, in the order they were drawn. May hold some of objects that were found hidden
+    /// after.
+    pub occluders: Vec<DrawnCluster>,
     /// Counts.
     pub statistics: Statistics,
     /// Times.
@@ -95,7 +99,18 @@ struct State {
     occluders: Occluders,
     subtrees: Subtrees,
     buffer: Option<OcclusionBuffer>,
+    remembered: Remembered,
     memory: Memory,
+}
+
+/// What a frame knows of those before it: what they drew, and what could be seen. It chooses occluders, and hides nothing.
+#[derive(Clone, Debug, Default)]
+pub struct Remembered {
+    contributions: Contributions,
+    /// For each object, the last frame in which it was visible.
+    seen: Vec<u32>,
+    /// The number of frames.
+    frames: u32,
 }
 
 /// What a frame is made of, but for what it changes.
@@ -113,10 +128,15 @@ struct Frame<'a> {
 struct Memory {
     draw: DrawMemory,
     frustum: FrustumMemory,
+    traverse: TraverseMemory,
+    /// The objects that are not known to be hidden.
+    undecided: Vec<u32>,
+    /// Of them, those whose clusters are looked for.
+    in_view: Vec<u32>,
     /// The keys of the occluders in the frustum, as tasks found them.
     candidates: Vec<Vec<u64>>,
     test: TestMemory,
-    hidden: Vec<bool>,
+    hidden: Marks,
 }
 
 /// What task `task` of several takes, of `items` that are handed out by `share`.
@@ -149,6 +169,7 @@ impl Culler {
                 settings,
                 occluders,
                 buffer: None,
+                remembered: Remembered::default(),
                 memory: Memory::default(),
             },
         })
@@ -174,6 +195,31 @@ impl Culler {
     /// What the last frame drew; none before the first.
     pub fn buffer(&self) -> Option<&OcclusionBuffer> {
         self.state.buffer.as_ref()
+    }
+
+    /// What the next frame knows of those before it.
+    pub fn remembered(&self) -> &Remembered {
+        &self.state.remembered
+    }
+
+    /// Goes back to what an earlier frame knew of those before it.
+    pub fn recall(&mut self, remembered: &Remembered) {
+        self.state.remembered.clone_from(remembered);
+    }
+
+    /// Forgets all frames.
+    pub fn forget(&mut self) {
+        self.state.remembered.clear();
+    }
+
+    /// The objects whose boxes are not wholly outside one plane of a camera's frustum, in scene order: those that culling
+    /// chooses from. (A frame does not look at all of them.)
+    pub fn in_frustum(&self, camera: &Camera) -> Vec<u32> {
+        let frustum = Frustum::new(camera, self.state.settings.size);
+        let mut found = Vec::new();
+        let frame = self.state.frame_of(Tasks::ALONE);
+        traverse::in_frustum(&frame, &frustum, &mut FrustumMemory::default(), &mut found);
+        found
     }
 
     /// Finds what a camera may see.
@@ -211,7 +257,45 @@ impl Culler {
     }
 }
 
+impl Remembered {
+    fn clear(&mut self) {
+        self.contributions.clear();
+        self.seen.clear();
+        self.frames = 0;
+    }
+
+    /// Begins a frame of so many objects.
+    fn begin_frame(&mut self, objects: usize) {
+        self.seen.resize(objects, 0);
+        // The first frame is not the one after the one in which what was never seen was seen.
+        self.frames = self.frames.wrapping_add(1).max(2);
+    }
+
+    /// Whether an object's clusters are looked for: when it comes into view, and every now and then.
+    fn is_new(&self, object: u32) -> bool {
+        let was_seen = self.seen[object as usize] == self.frames - 1;
+        !was_seen || (self.frames.wrapping_add(object)).is_multiple_of(TURN)
+    }
+
+    fn end_frame(&mut self, visible: &[u32]) {
+        for &object in visible {
+            self.seen[object as usize] = self.frames;
+        }
+        self.contributions.end_frame();
+    }
+}
+
 impl State {
+    fn frame_of<'a>(&'a self, tasks: Tasks<'a>) -> Frame<'a> {
+        Frame {
+            scene: &self.scene,
+            occluders: &self.occluders,
+            subtrees: &self.subtrees,
+            settings: &self.settings,
+            tasks,
+        }
+    }
+
     fn frame(&mut self, tasks: Tasks<'_>, camera: &Camera, found: &mut VisibleSet) {
         let State {
             scene,
@@ -219,6 +303,7 @@ impl State {
             occluders,
             subtrees,
             buffer,
+            remembered,
             memory,
         } = self;
         let frame = Frame {
@@ -229,9 +314,12 @@ impl State {
             tasks,
         };
         let buffer = buffer.get_or_insert_with(|| OcclusionBuffer::new(settings.size, *camera));
-        frame.run(camera, buffer, memory, found);
+        frame.run(camera, buffer, remembered, memory, found);
     }
 }
+
+/// An object that stays in view has its clusters looked for in every so manieth frame: others of them may have come into view.
+const TURN: u32 = 8;
 
 /// Each thread has so many tasks of finding keys,
 const KEY_TASKS_PER_THREAD: usize = 4;
@@ -272,6 +360,7 @@ impl Frame<'_> {
         &self,
         camera: &Camera,
         buffer: &mut OcclusionBuffer,
+        remembered: &mut Remembered,
         memory: &mut Memory,
         found: &mut VisibleSet,
     ) {
@@ -283,56 +372,79 @@ impl Frame<'_> {
             ..
         } = self;
         let VisibleSet {
-            in_frustum,
             visible,
-            occluders: drawn_occluders,
+            occluders,
             statistics,
             times,
         } = found;
-        let frustum = Frustum::new(camera, settings.size);
-        traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum);
-        let candidates = self.candidates(camera, in_frustum, &mut memory.candidates);
-        let selected = Instant::now();
+        *statistics = Statistics::default();
+        occluders.clear();
+        remembered.begin_frame(scene.objects().len());
+        memory.hidden.clear(scene.objects().len());
 
         buffer.set_accuracy(settings.accuracy);
         buffer.set_level(settings.level);
         buffer.clear_by(tasks, camera);
-        *statistics = Statistics {
-            objects_in_frustum: in_frustum.len() as u64,
-            ..Statistics::default()
+        let mut contributions = std::mem::take(&mut remembered.contributions);
+        let mut drawn = Drawn {
+            hidden: &mut memory.hidden,
+            occluders,
+            contributions: &mut contributions,
+            statistics,
         };
-        let hidden = &mut memory.hidden;
-        hidden.clear();
-        hidden.resize(scene.objects().len(), false);
-        drawn_occluders.clear();
-        draw_occluders(
-            self,
-            candidates,
-            buffer,
-            &mut memory.draw,
-            Drawn {
-                hidden,
-                occluders: drawn_occluders,
-                statistics,
-            },
-        );
+        if !drawn.contributions.is_empty() {
+            draw_remembered(self, buffer, &mut memory.draw, &mut drawn);
+        }
+        let recalled = Instant::now();
+
+        let frustum = Frustum::new(camera, settings.size);
+        let undecided = &mut memory.undecided;
+        if drawn.occluders.is_empty() {
+            traverse::in_frustum(self, &frustum, &mut memory.frustum, undecided);
+        } else {
+            not_hidden_so_far(
+                self,
+                buffer,
+                &mut memory.traverse,
+                undecided,
+                drawn.statistics,
+            );
+            let met = |object: &&u32| {
+                let bounds = &scene.bounds()[**object as usize];
+                frustum.contains(bounds, Planes::ALL) != Containment::Outside
+            };
+            undecided.extend(self.occluders.never_culled().iter().filter(met));
+            undecided.sort_unstable();
+            undecided.dedup();
+        }
+        let all = settings.budget == Budget::All;
+        memory.in_view.clear();
+        let objects = undecided.iter().copied();
+        let is_new = |object: &u32| all || remembered.is_new(*object);
+        memory.in_view.extend(objects.filter(is_new));
+        let candidates = self.candidates(camera, &memory.in_view, &mut memory.candidates);
+        let selected = Instant::now();
+
+        draw_occluders(self, candidates, buffer, &mut memory.draw, &mut drawn);
         let drawn = Instant::now();
 
         tasks.alone(Work::Finish, || buffer.finish());
         let finished = Instant::now();
 
         let undecided = |&&object: &&u32| {
-            !memory.hidden[object as usize] || scene.objects()[object as usize].never_cull
+            !memory.hidden.has(object) || scene.objects()[object as usize].never_cull
         };
-        let undecided = in_frustum.iter().filter(undecided);
+        let undecided = memory.undecided.iter().filter(undecided);
         not_hidden(self, undecided, buffer, &mut memory.test, visible);
         statistics.objects_tested = memory.test.tested() as u64;
         statistics.objects_visible = visible.len() as u64;
+        remembered.contributions = contributions;
+        remembered.end_frame(visible);
         let tested = Instant::now();
 
         *times = StageTimes {
-            select: selected - start,
-            raster: drawn - selected,
+            select: selected - recalled,
+            raster: (recalled - start) + (drawn - selected),
             pyramid: finished - drawn,
             test: tested - finished,
         };

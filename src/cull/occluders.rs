@@ -11,6 +11,8 @@ pub struct Occluders {
     triangles: Vec<u32>,
     /// Whether each object's clusters are all that is ever drawn of it.
     is_all: Vec<bool>,
+    /// The objects that are never culled.
+    never_culled: Vec<u32>,
 }
 
 impl Occluders {
@@ -27,7 +29,10 @@ impl Occluders {
             object.occluder_mesh() == Some(object.mesh)
                 && surfaces.iter().all(|surface| surface.material.occludes())
         };
+        let objects = (0..).zip(scene.objects());
+        let never_culled = objects.filter(|(_, object)| object.never_cull);
         Occluders {
+            never_culled: never_culled.map(|(number, _)| number).collect(),
             is_all: scene.objects().iter().map(is_all).collect(),
             triangles: scene.objects().iter().map(triangles).collect(),
             clusters,
@@ -42,6 +47,11 @@ impl Occluders {
     /// Whether an object's clusters are all that is ever drawn of it: then it is hidden if they are.
     pub fn is_all_of(&self, object: u32) -> bool {
         self.is_all[object as usize]
+    }
+
+    /// The objects that are never culled, in scene order.
+    pub fn never_culled(&self) -> &[u32] {
+        &self.never_culled
     }
 
     /// What an object is drawn as; none if it is no occluder.

@@ -7,8 +7,10 @@
 
 use antumbra_simd::assemble as simd;
 
+use super::draw::Drawn;
 use super::waiting::{Placed, Waiting, WaitingCluster};
 use super::{Frame, grow, share_of};
+use crate::occluders::{DrawnCluster, Selection};
 use crate::occlusion::OcclusionBuffer;
 use crate::raster::{BlockList, ClusterAssembler, CullMode};
 use crate::tasks::Work;
@@ -46,16 +48,16 @@ struct Assembly {
     hidden: u128,
 }
 
-/// Draws the clusters that wait and are at least as near as `horizon` says, each if it is not hidden; hands the objects to
-/// `hide` that turn out to be hidden as a whole.
+/// Draws the clusters that wait and are at least as near as `horizon` says, each if it is not hidden, as far as the budget goes;
+/// marks the objects that turn out to be hidden as a whole. Whether the budget allows for more.
 pub fn draw_waiting(
     frame: &Frame<'_>,
     waiting: &mut Waiting,
     horizon: u32,
     buffer: &mut OcclusionBuffer,
     memory: &mut RoundMemory,
-    mut hide: impl FnMut(u32),
-) {
+    drawn: &mut Drawn<'_>,
+) -> bool {
     let RoundMemory {
         round,
         assemblies,
@@ -69,11 +71,15 @@ pub fn draw_waiting(
     };
     let mut is_first = true;
     loop {
-        waiting.take(horizon, most, round);
+        let left = frame
+            .settings
+            .budget
+            .left(drawn.statistics.occluder_triangles);
+        let is_spent = waiting.take(horizon, most, left, round);
         // A few more may wait for the next batch: the fewer rounds, the less threads wait for each other.
         let is_worth_it = is_first || round.len() >= most || horizon == EVERYTHING;
         if round.is_empty() || !is_worth_it {
-            return;
+            return !is_spent;
         }
         is_first = false;
         let share = match threads {
@@ -110,7 +116,30 @@ pub fn draw_waiting(
         let hidden = of_tasks.fold(0, |hidden, (task, assembly)| {
             hidden | assembly.hidden << (task * share)
         });
-        waiting.drawn(round, hidden, &mut hide);
+        let learns = frame.settings.occluders == Selection::Contribution;
+        for (i, (cluster, &gain)) in round.iter().zip(&*gains).enumerate() {
+            if hidden >> i & 1 == 1 {
+                if let Some(known) = cluster.known {
+                    drawn.contributions.hidden(known);
+                }
+                continue;
+            }
+            let id = waiting.id_of(cluster);
+            let triangles = cluster.triangles;
+            drawn.occluders.push(DrawnCluster {
+                id,
+                triangles,
+                gain,
+            });
+            drawn.statistics.occluder_triangles += u64::from(triangles);
+            match cluster.known {
+                Some(known) => drawn.contributions.drawn(known, gain),
+                None if learns => drawn.contributions.add(id, triangles, gain),
+                None => {}
+            }
+        }
+        let hide = |object| drawn.hidden.set(object);
+        waiting.drawn(round, hidden, hide);
         round.clear();
     }
 }

@@ -5,15 +5,11 @@ use std::time::Duration;
 /// Counts of one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Statistics {
-    /// Objects whose box is not wholly outside a plane of the frustum.
-    pub objects_in_frustum: u64,
     /// Objects that are not culled.
     pub objects_visible: u64,
     /// Occluder candidates that were asked before being drawn.
     pub occluders_asked: u64,
-    /// Occluders that were drawn.
-    pub occluders_drawn: u64,
-    /// Their triangles, before clipping and culling by facing.
+    /// Triangles of the clusters that were drawn as occluders, before clipping and culling by facing.
     pub occluder_triangles: u64,
     /// Boxes of inner nodes that were tested.
     pub nodes_tested: u64,

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::marks::Marks;
 use super::{Frame, Statistics, grow};
 use crate::occlusion::{Footprint, OcclusionBuffer};
 use crate::scene::{BvhNode, Scene};
@@ -183,6 +184,8 @@ pub struct TraverseMemory {
 /// What a task asks, and its answers.
 #[derive(Debug, Default)]
 struct Look {
+    /// Whether objects are asked as well, where their nodes are not.
+    asks_objects: bool,
     /// The nodes to ask next.
     level: Vec<u32>,
     /// And those after them.
@@ -190,6 +193,10 @@ struct Look {
     footprints: Vec<Footprint>,
     tested: u64,
     hidden: Vec<u32>,
+    /// Objects to ask.
+    objects: Vec<u32>,
+    /// Those that are not hidden.
+    undecided: Vec<u32>,
 }
 
 /// Marks all objects below nodes whose boxes are hidden behind what is drawn so far.
@@ -197,14 +204,52 @@ pub fn hide_subtrees(
     frame: &Frame<'_>,
     buffer: &OcclusionBuffer,
     memory: &mut TraverseMemory,
-    hidden: &mut [bool],
+    hidden: &mut Marks,
     statistics: &mut Statistics,
 ) {
+    for look in look(frame, buffer, memory, false) {
+        statistics.nodes_tested += look.tested;
+        statistics.nodes_hidden += look.hidden.len() as u64;
+        for &node in &look.hidden {
+            for &object in frame.subtrees.objects(frame.scene, node) {
+                hidden.set(object);
+            }
+        }
+    }
+}
+
+/// Finds the objects in the frustum that are not known to be hidden behind what is drawn so far, by their boxes' rectangles, in
+/// no order.
+pub fn not_hidden_so_far(
+    frame: &Frame<'_>,
+    buffer: &OcclusionBuffer,
+    memory: &mut TraverseMemory,
+    undecided: &mut Vec<u32>,
+    statistics: &mut Statistics,
+) {
+    undecided.clear();
+    for look in look(frame, buffer, memory, true) {
+        statistics.nodes_tested += look.tested;
+        statistics.nodes_hidden += look.hidden.len() as u64;
+        undecided.extend_from_slice(&look.undecided);
+    }
+}
+
+/// Walks down the hierarchy as far as nodes are not hidden.
+fn look<'m>(
+    frame: &Frame<'_>,
+    buffer: &OcclusionBuffer,
+    memory: &'m mut TraverseMemory,
+    asks_objects: bool,
+) -> &'m [Look] {
     let scene = frame.scene;
     let looks = &mut memory.looks;
     let frustum = Frustum::new(buffer.screen().camera(), frame.settings.size);
     grow(looks, 1);
-    looks[0].begin((!scene.bvh().nodes.is_empty()).then_some(0));
+    looks[0].begin(
+        (!scene.bvh().nodes.is_empty()).then_some(0),
+        asks_objects,
+    );
     let threads = frame.tasks.threads();
     let mut count = 1;
     if threads > 1 {
@@ -217,26 +262,23 @@ pub fn hide_subtrees(
         let nodes = &mut first[0].level;
         let share = nodes.len().div_ceil(count);
         for look in &mut others[..count - 1] {
-            look.begin(nodes.drain(nodes.len().saturating_sub(share)..));
+            let from = nodes.len().saturating_sub(share);
+            look.begin(nodes.drain(from..), asks_objects);
         }
     }
     let looks = &mut looks[..count];
     frame.tasks.each(Work::Look, looks, |_, look| {
         look.until(frame, &frustum, buffer, usize::MAX);
+        look.ask_objects(frame, &frustum, buffer);
     });
-    for look in looks {
-        statistics.nodes_tested += look.tested;
-        statistics.nodes_hidden += look.hidden.len() as u64;
-        for &node in &look.hidden {
-            for &object in frame.subtrees.objects(scene, node) {
-                hidden[object as usize] = true;
-            }
-        }
-    }
+    looks
 }
 
 impl Look {
-    fn begin(&mut self, nodes: impl IntoIterator<Item = u32>) {
+    fn begin(&mut self, nodes: impl IntoIterator<Item = u32>, asks_objects: bool) {
+        self.asks_objects = asks_objects;
+        self.objects.clear();
+        self.undecided.clear();
         self.level.clear();
         self.level.extend(nodes);
         self.tested = 0;
@@ -259,6 +301,7 @@ impl Look {
 
     fn ask_level(&mut self, frame: &Frame<'_>, frustum: &Frustum, buffer: &OcclusionBuffer) {
         let scene = frame.scene;
+        let asks_objects = self.asks_objects;
         let node = |&node: &u32| &scene.bvh().nodes[node as usize];
         let Look {
             level: nodes,
@@ -266,6 +309,8 @@ impl Look {
             footprints,
             tested,
             hidden,
+            objects,
+            ..
         } = self;
         footprints.clear();
         let boxes = nodes.iter().map(|index| node(index).bounds());
@@ -292,7 +337,26 @@ impl Look {
                 hidden.push(*index);
             } else if node.count == 0 && frame.subtrees.len(*index) >= FEWEST_OBJECTS {
                 below.extend([node.first, node.first + 1]);
+            } else if asks_objects {
+                objects.extend_from_slice(frame.subtrees.objects(scene, *index));
             }
         }
+    }
+
+    fn ask_objects(&mut self, frame: &Frame<'_>, frustum: &Frustum, buffer: &OcclusionBuffer) {
+        let scene = frame.scene;
+        let bounds = |&object: &u32| &scene.bounds()[object as usize];
+        self.footprints.clear();
+        buffer.screen().footprints_of_aabbs(
+            frame.settings.level,
+            self.objects.iter().map(bounds),
+            &mut self.footprints,
+        );
+        let asked = self.objects.iter().zip(&self.footprints);
+        let undecided = asked.filter(|&(object, &footprint)| {
+            !buffer.hides(footprint)
+                && frustum.contains(bounds(object), Planes::ALL) != Containment::Outside
+        });
+        self.undecided.extend(undecided.map(|(&object, _)| object));
     }
 }

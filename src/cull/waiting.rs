@@ -8,7 +8,8 @@ use antumbra_simd::vertex::ScreenTransform;
 use glam::DAffine3;
 
 use super::{Frame, grow, share_of};
-use crate::occlusion::{Footprint, OcclusionBuffer, Screen};
+use crate::occluders::{Budget, ClusterId, Contributions};
+use crate::occlusion::{Footprint, OcclusionBuffer, SampleRect, Screen};
 use crate::prepare::{Cluster, NormalCone};
 use crate::scene::is_mirroring;
 use crate::tasks::Work;
@@ -41,6 +42,10 @@ pub struct WaitingCluster {
     placed: u32,
     /// Which of the object's clusters.
     pub cluster: u32,
+    /// Its triangles.
+    pub triangles: u32,
+    /// Its place in the memory of contribution, if it has one.
+    pub known: Option<u32>,
     /// Where it may be drawn.
     pub footprint: Footprint,
     /// Before which round it was asked, together with its object.
@@ -82,6 +87,8 @@ struct Group {
 struct Finder {
     footprints: Vec<Footprint>,
     found: Vec<WaitingCluster>,
+    /// Places of objects with clusters that may be seen but are not worth drawing.
+    passed_over: Vec<u32>,
 }
 
 /// How near a shape is: the larger the nearer.
@@ -149,9 +156,10 @@ impl Waiting {
         frame: &Frame<'_>,
         objects: &[(u32, Footprint)],
         buffer: &OcclusionBuffer,
+        contributions: &Contributions,
         mut hide: impl FnMut(u32),
     ) {
-        self.place(frame, objects, buffer.screen());
+        self.place_all(frame, objects, contributions, buffer.screen());
         let groups = &self.groups;
         let share = match frame.tasks.threads() {
             1 => groups.len().max(1),
@@ -165,11 +173,13 @@ impl Waiting {
             .tasks
             .each(Work::AskClusters, finders, |task, finder| {
                 finder.found.clear();
+                finder.passed_over.clear();
                 for group in share_of(groups, share, task) {
                     finder.find(
                         frame,
                         group,
                         &placed[group.placed as usize],
+                        contributions,
                         buffer.screen(),
                     );
                 }
@@ -177,6 +187,9 @@ impl Waiting {
         for finder in 0..count {
             for found in 0..self.finders[finder].found.len() {
                 self.push(self.finders[finder].found[found]);
+            }
+            for &placed in &self.finders[finder].passed_over {
+                self.placed.things[placed as usize].may_be_seen = true;
             }
         }
         for group in 0..self.groups.len() {
@@ -188,7 +201,13 @@ impl Waiting {
     }
 
     /// Places objects, and cuts their clusters into groups. What has one cluster waits at once.
-    fn place(&mut self, frame: &Frame<'_>, objects: &[(u32, Footprint)], screen: &Screen) {
+    fn place_all(
+        &mut self,
+        frame: &Frame<'_>,
+        objects: &[(u32, Footprint)],
+        contributions: &Contributions,
+        screen: &Screen,
+    ) {
         let per_group = if frame.tasks.threads() == 1 {
             CLUSTERS_PER_GROUP
         } else {
@@ -202,28 +221,25 @@ impl Waiting {
             };
             let clusters = mesh.clusters();
             let is_single = clusters.len() == 1;
-            let place = &object.world_from_local;
-            if is_single && facing(clusters, screen.camera(), place) == 0 {
+            if is_single
+                && (contributions.clusters_of(number).len() == 1
+                    || !is_promising(frame, &clusters[0], footprint)
+                    || facing(clusters, screen.camera(), &object.world_from_local) == 0)
+            {
                 continue;
             }
-            let placed = self.placed.put(Placed {
-                object: number,
-                screen: screen.screen_from_local(place),
-                single_sided: if is_mirroring(place) {
-                    CullMode::Front
-                } else {
-                    CullMode::Back
-                },
-                waiting: 0,
-                // A cluster that looks away is not asked.
-                may_be_seen: !frame.occluders.is_all_of(number)
-                    || clusters.iter().any(|cluster| cluster.cone.is_some()),
-            });
+            // A cluster that looks away is not asked, nor one that has been drawn.
+            let may_be_seen = !frame.occluders.is_all_of(number)
+                || clusters.iter().any(|cluster| cluster.cone.is_some())
+                || contributions.clusters_of(number).len() > 0;
+            let placed = self.place(frame, number, may_be_seen, screen);
             if is_single {
                 // It is where its object is.
                 self.push(WaitingCluster {
                     placed,
                     cluster: 0,
+                    triangles: u32::from(clusters[0].triangle_count),
+                    known: None,
                     footprint,
                     asked_before: Some(self.rounds),
                 });
@@ -238,6 +254,83 @@ impl Waiting {
         }
     }
 
+    fn place(
+        &mut self,
+        frame: &Frame<'_>,
+        number: u32,
+        may_be_seen: bool,
+        screen: &Screen,
+    ) -> u32 {
+        let place = &frame.scene.objects()[number as usize].world_from_local;
+        self.placed.put(Placed {
+            object: number,
+            screen: screen.screen_from_local(place),
+            single_sided: if is_mirroring(place) {
+                CullMode::Front
+            } else {
+                CullMode::Back
+            },
+            waiting: 0,
+            may_be_seen,
+        })
+    }
+
+    /// Lets clusters wait that are remembered, at these places of the memory in the order of their ids.
+    pub fn recall(
+        &mut self,
+        frame: &Frame<'_>,
+        chosen: &[u32],
+        contributions: &Contributions,
+        screen: &Screen,
+    ) {
+        let object_of = |&place: &u32| contributions.id(place).object;
+        let mut finder = Finder::default();
+        for places in chosen.chunk_by(|a, b| object_of(a) == object_of(b)) {
+            let number = object_of(&places[0]);
+            let object = &frame.scene.objects()[number as usize];
+            let Some(mesh) = frame.occluders.mesh_of(object) else {
+                continue;
+            };
+            let bounds = &frame.scene.bounds()[number as usize];
+            if object.occluder_proxy.is_some()
+                && screen.footprint_of_aabb(bounds) == Footprint::Unbounded
+            {
+                continue;
+            }
+            let placed = self.place(frame, number, true, screen);
+            let clusters = places
+                .iter()
+                .map(|&place| &mesh.clusters()[contributions.id(place).cluster as usize]);
+            finder.footprints.clear();
+            screen.footprints_of_local_boxes(
+                frame.settings.level,
+                &self.placed.things[placed as usize].screen,
+                bounds,
+                clusters.clone().map(Cluster::bounds),
+                &mut finder.footprints,
+            );
+            let mut any = false;
+            for ((&place, cluster), &footprint) in
+                places.iter().zip(clusters).zip(&finder.footprints)
+            {
+                if footprint != Footprint::Nowhere {
+                    any = true;
+                    self.push(WaitingCluster {
+                        placed,
+                        cluster: contributions.id(place).cluster,
+                        triangles: u32::from(cluster.triangle_count),
+                        known: Some(place),
+                        footprint,
+                        asked_before: None,
+                    });
+                }
+            }
+            if !any {
+                self.settle(placed, &mut |_| {});
+            }
+        }
+    }
+
     fn push(&mut self, cluster: WaitingCluster) {
         self.placed.things[cluster.placed as usize].waiting += 1;
         let place = self.clusters.put(cluster);
@@ -249,16 +342,30 @@ impl Waiting {
         self.sorted.len() + self.unsorted.len()
     }
 
-    /// Fills a round up to `most` with clusters that are at least as near as `horizon` says ([`nearness`]), nearest first.
-    pub fn take(&mut self, horizon: u32, most: usize, round: &mut Vec<WaitingCluster>) {
+    /// Fills a round up to `most` with clusters that are at least as near as `horizon` says ([`nearness`]), nearest first,
+    /// and have no more than so many triangles together. Whether the next one would have more.
+    pub fn take(
+        &mut self,
+        horizon: u32,
+        most: usize,
+        mut triangles: u64,
+        round: &mut Vec<WaitingCluster>,
+    ) -> bool {
         self.sort();
         while round.len() < most
             && let Some(nearest) = self.sorted.last()
             && nearest >> 32 >= u64::from(horizon)
         {
-            round.push(self.clusters.take(!(*nearest as u32)));
+            let place = !(*nearest as u32);
+            let of_cluster = u64::from(self.clusters.things[place as usize].triangles);
+            if of_cluster > triangles {
+                return true;
+            }
+            triangles -= of_cluster;
+            round.push(self.clusters.take(place));
             self.sorted.pop();
         }
+        false
     }
 
     /// Puts the keys that came last in their places.
@@ -285,6 +392,14 @@ impl Waiting {
     /// The object of a cluster that was taken.
     pub fn object_of(&self, cluster: &WaitingCluster) -> &Placed {
         &self.placed.things[cluster.placed as usize]
+    }
+
+    /// What a cluster that was taken is.
+    pub fn id_of(&self, cluster: &WaitingCluster) -> ClusterId {
+        ClusterId {
+            object: self.object_of(cluster).object,
+            cluster: cluster.cluster,
+        }
     }
 
     /// Whether a cluster was asked since the last round was drawn.
@@ -316,7 +431,14 @@ impl Waiting {
 }
 
 impl Finder {
-    fn find(&mut self, frame: &Frame<'_>, group: &Group, placed: &Placed, screen: &Screen) {
+    fn find(
+        &mut self,
+        frame: &Frame<'_>,
+        group: &Group,
+        placed: &Placed,
+        contributions: &Contributions,
+        screen: &Screen,
+    ) {
         let object = &frame.scene.objects()[placed.object as usize];
         let Some(mesh) = frame.occluders.mesh_of(object) else {
             return;
@@ -334,15 +456,43 @@ impl Finder {
             clusters.iter().map(Cluster::bounds),
             &mut self.footprints,
         );
-        for (i, &footprint) in self.footprints.iter().enumerate() {
-            if facing >> i & 1 == 1 && footprint != Footprint::Nowhere {
+        let mut known = contributions.clusters_of(placed.object).peekable();
+        for (i, (cluster, &footprint)) in clusters.iter().zip(&self.footprints).enumerate() {
+            let number = group.first + i as u32;
+            while known.next_if(|&known| known < number).is_some() {}
+            let is_in_question = facing >> i & 1 == 1
+                && footprint != Footprint::Nowhere
+                && known.peek() != Some(&number);
+            if !is_in_question {
+                continue;
+            }
+            if !is_promising(frame, cluster, footprint) {
+                self.passed_over.push(group.placed);
+            } else {
                 self.found.push(WaitingCluster {
                     placed: group.placed,
-                    cluster: group.first + i as u32,
+                    cluster: number,
+                    triangles: u32::from(cluster.triangle_count),
+                    known: None,
                     footprint,
                     asked_before: None,
                 });
             }
+        }
+    }
+}
+
+/// Whether a cluster may hide enough for what drawing it costs, if the budget is chosen by that.
+fn is_promising(frame: &Frame<'_>, cluster: &Cluster, footprint: Footprint) -> bool {
+    if frame.settings.budget != Budget::Auto {
+        return true;
+    }
+    match footprint {
+        Footprint::Unbounded => true,
+        Footprint::Nowhere => false,
+        Footprint::Within(SampleRect { x, y, .. }) => {
+            let area = (i64::from(x[1] - x[0]) + 1) * (i64::from(y[1] - y[0]) + 1);
+            Contributions::is_promising(u32::from(cluster.triangle_count), area as u64)
         }
     }
 }

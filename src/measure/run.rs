@@ -54,7 +54,7 @@ pub fn run(
     on_frame(0, judged);
     for (frame, camera) in path.cameras().iter().enumerate() {
         if frame % every == 0 {
-            frames.push(measure_frame(&mut culler, frame, camera));
+            frames.push(measure_frame(&mut culler, frame, camera, settings.cold));
             if settings.simulate_threads {
                 simulation.add_frame(&mut culler, camera);
             }
@@ -87,6 +87,7 @@ fn describe(settings: &MeasureSettings, threads: usize) -> SettingsReport {
     let Settings {
         size,
         accuracy,
+        occluders,
         budget,
         level,
         ..
@@ -101,9 +102,10 @@ fn describe(settings: &MeasureSettings, threads: usize) -> SettingsReport {
         simd: level.to_string(),
         accuracy: accuracy.into(),
         hole,
-        occluders: "nearest".into(),
+        occluders: occluders.to_string(),
         budget: match budget {
             Budget::All => "all".into(),
+            Budget::Auto => "auto".into(),
             Budget::Triangles(triangles) => triangles.to_string(),
         },
         cold: settings.cold,
@@ -113,8 +115,13 @@ fn describe(settings: &MeasureSettings, threads: usize) -> SettingsReport {
     }
 }
 
-/// Culls a frame until its time is known; gives the repeat that took least.
-fn repeat(culler: &mut Culler, camera: &Camera) -> VisibleSet {
+/// Culls a frame until its time is known, each time with the memory of the frames before it, or with none; gives the repeat that
+/// took least.
+fn repeat(culler: &mut Culler, camera: &Camera, cold: bool) -> VisibleSet {
+    if cold {
+        culler.forget();
+    }
+    let before = culler.remembered().clone();
     let start = Instant::now();
     let mut best = culler.cull(camera);
     let mut set = VisibleSet::default();
@@ -122,6 +129,7 @@ fn repeat(culler: &mut Culler, camera: &Camera) -> VisibleSet {
         if count >= LEAST_REPEATS && start.elapsed() >= LEAST_TIME {
             break;
         }
+        culler.recall(&before);
         culler.cull_into(camera, &mut set);
         if set.times.total() < best.times.total() {
             std::mem::swap(&mut set, &mut best);
@@ -130,14 +138,14 @@ fn repeat(culler: &mut Culler, camera: &Camera) -> VisibleSet {
     best
 }
 
-fn measure_frame(culler: &mut Culler, frame: usize, camera: &Camera) -> FrameReport {
-    let set = repeat(culler, camera);
+fn measure_frame(culler: &mut Culler, frame: usize, camera: &Camera, cold: bool) -> FrameReport {
+    let set = repeat(culler, camera, cold);
+    let in_frustum = culler.in_frustum(camera);
     let scene = culler.scene().clone();
     let size = culler.settings().size;
     let reference = Reference::new(&scene, camera, size);
     let survives = |object: &u32| set.visible.binary_search(object).is_ok();
-    let hidden: Vec<u32> = set
-        .in_frustum
+    let hidden: Vec<u32> = in_frustum
         .iter()
         .copied()
         .filter(|&o| !reference.is_visible(o))
@@ -157,8 +165,8 @@ fn measure_frame(culler: &mut Culler, frame: usize, camera: &Camera) -> FrameRep
     FrameReport {
         frame,
         time_us: set.times.into(),
-        in_frustum: set.in_frustum.len() as u64,
-        exactly_visible: (set.in_frustum.len() - hidden.len()) as u64,
+        in_frustum: in_frustum.len() as u64,
+        exactly_visible: (in_frustum.len() - hidden.len()) as u64,
         exactly_hidden: hidden.len() as u64,
         sampleless: count(&|o| !reference.is_sampled(o)),
         culled: count(&|o| !survives(&o)),
@@ -166,7 +174,7 @@ fn measure_frame(culler: &mut Culler, frame: usize, camera: &Camera) -> FrameRep
         ideal_face_culled: count(&|o| ideal_face_test(reference.depths(), camera, bounds(o))),
         false_culls: reference.visible_objects().filter(|o| !survives(o)).count() as u64,
         wrong_pixels: reference.wrong_pixels(&scene, camera, &set.visible),
-        triangles_in_frustum: triangles(&set.in_frustum),
+        triangles_in_frustum: triangles(&in_frustum),
         triangles_drawn: triangles(&set.visible),
         occluder_triangles: set.statistics.occluder_triangles,
         buffer_hash: format!("{:016x}", culler.buffer().map_or(0, |b| b.tiles().hash())),

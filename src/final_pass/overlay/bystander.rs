@@ -6,7 +6,6 @@
 
 use glam::DVec3;
 
-use crate::cull::VisibleSet;
 use crate::final_pass::surfaces::{Surface, draw_nearest};
 use crate::scene::{Aabb, Scene};
 use crate::view::{Camera, PictureSize, Projection};
@@ -47,10 +46,10 @@ impl Bystander {
     pub fn new(
         scene: &Scene,
         observed: &Camera,
-        set: &VisibleSet,
+        in_frustum: &[u32],
         size: PictureSize,
     ) -> Option<Bystander> {
-        let reach = reach(scene, observed, set);
+        let reach = reach(scene, observed, in_frustum);
         let heading = heading(observed);
         let aside = DVec3::Y.cross(heading);
         let level = heading * ASIDE[1] + aside * ASIDE[0];
@@ -77,7 +76,7 @@ impl Bystander {
         let mut points = vec![eye];
         // An orthographic camera is as wide as what it shows.
         points.extend(frustum_corners(observed, 0.0, size.aspect()));
-        for &object in &set.in_frustum {
+        for &object in in_frustum {
             let bounds = scene.bounds()[object as usize];
             let center = bounds.center();
             if (center - eye).dot(observed.forward()) <= reach
@@ -193,9 +192,8 @@ pub fn frustum_corners(camera: &Camera, distance: f64, aspect: f64) -> [DVec3; 4
 }
 
 /// How far to show the frustum: to most of the objects in it.
-fn reach(scene: &Scene, camera: &Camera, set: &VisibleSet) -> f64 {
-    let mut distances: Vec<f64> = set
-        .in_frustum
+fn reach(scene: &Scene, camera: &Camera, in_frustum: &[u32]) -> f64 {
+    let mut distances: Vec<f64> = in_frustum
         .iter()
         .map(|&o| (scene.bounds()[o as usize].center() - camera.eye()).dot(camera.forward()))
         .filter(|d| *d > 0.0)

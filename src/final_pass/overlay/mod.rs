@@ -45,6 +45,8 @@ pub struct PictureFrame<'a> {
     pub camera: &'a Camera,
     /// The picture's size.
     pub size: PictureSize,
+    /// The objects in the frustum, in scene order.
+    pub in_frustum: &'a [u32],
     /// What culling found.
     pub set: &'a VisibleSet,
     /// The pyramid that it asked.
@@ -89,7 +91,7 @@ pub fn overlay_image(frame: &PictureFrame<'_>, picture: &Image, title: &str) -> 
 
     canvas.text(PYRAMID_CAPTION, [MARGIN, below], TEXT_SCALE, INK);
     pyramid::draw(&mut canvas, frame.map, [MARGIN, below + TEXT_HEIGHT + 6]);
-    legend::draw(&mut canvas, frame.set, [right, below]);
+    legend::draw(&mut canvas, frame, [right, below]);
     canvas.into_image()
 }
 
@@ -101,23 +103,23 @@ mod legend {
     //! What the colours mean, and the counts.
 
     use super::canvas::Canvas;
-    use super::{CULLED, FRUSTUM, INK, OCCLUDER, TEXT_SCALE, VISIBLE};
-    use crate::cull::VisibleSet;
+    use super::{CULLED, FRUSTUM, INK, OCCLUDER, PictureFrame, TEXT_SCALE, VISIBLE};
 
     pub const WIDTH: usize = 640;
     const ROW: usize = 36;
     pub const HEIGHT: usize = 5 * ROW;
     const SWATCH: [usize; 2] = [44, 20];
 
-    pub fn draw(canvas: &mut Canvas, set: &VisibleSet, at: [usize; 2]) {
-        let in_frustum = set.in_frustum.len();
+    pub fn draw(canvas: &mut Canvas, frame: &PictureFrame<'_>, at: [usize; 2]) {
+        let set = frame.set;
+        let in_frustum = frame.in_frustum.len();
         let visible = set.visible.len();
         let culled = in_frustum.saturating_sub(visible);
         let share = |part: usize| part as f64 * 100.0 / in_frustum.max(1) as f64;
         let rows = [
             format!("camera and frustum; objects in it: {in_frustum}"),
             format!(
-                "drawn as occluders: {}, {} triangles",
+                "drawn as occluders: {} clusters, {} triangles",
                 set.occluders.len(),
                 set.statistics.occluder_triangles
             ),

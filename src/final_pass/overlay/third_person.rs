@@ -46,7 +46,7 @@ const EDGES: [[usize; 2]; 12] = [
 
 /// Draws the picture, of a size.
 pub fn draw(frame: &PictureFrame<'_>, size: PictureSize) -> Image {
-    let bystander = Bystander::new(frame.scene, frame.camera, frame.set, size);
+    let bystander = Bystander::new(frame.scene, frame.camera, frame.in_frustum, size);
     let Some((bystander, scene)) = bystander.and_then(|b| {
         let scene = draw_scene(frame, &b)?;
         Some((b, scene))
@@ -66,11 +66,11 @@ fn draw_scene(frame: &PictureFrame<'_>, bystander: &Bystander) -> Option<Image> 
     let light = Light::new(scene, bystander.camera());
     let creases = Creases::new(size, bystander.camera().projection());
     let mut colors = vec![OUTSIDE; scene.objects().len()];
-    for &object in &frame.set.in_frustum {
+    for &object in frame.in_frustum {
         colors[object as usize] = INSIDE;
     }
-    for &object in &frame.set.occluders {
-        colors[object as usize] = OCCLUDING;
+    for drawn in &frame.set.occluders {
+        colors[drawn.id.object as usize] = OCCLUDING;
     }
     let encode = SrgbTable::new();
     let width = size.width();
@@ -97,7 +97,6 @@ const BLACK: Linear = [0.0; 3];
 /// Boxes of culled objects in thin lines, those of survivors in thick ones, over them.
 fn draw_boxes(canvas: &mut Canvas, frame: &PictureFrame<'_>, bystander: &Bystander) {
     let (visible, culled): (Vec<u32>, Vec<u32>) = frame
-        .set
         .in_frustum
         .iter()
         .partition(|o| frame.set.visible.binary_search(o).is_ok());

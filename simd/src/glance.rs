@@ -254,6 +254,93 @@ fn is_seen_by(
     }
 }
 
+/// The samples at which a box is looked at: its rectangle's, in places that are always the same.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Looks {
+    /// Bit `i` is set if the box is seen at sample `i`.
+    pub seen: u8,
+    /// The samples' columns.
+    pub columns: [f64; 8],
+    /// The samples' rows.
+    pub rows: [f64; 8],
+    /// The depths at which their rays enter the box; of no meaning where it is not seen.
+    pub depths: [f64; 8],
+}
+
+/// At which of a few samples of its rectangle, which lies within the picture, a box shows itself.
+pub fn looks(
+    level: Level,
+    rays: &Rays,
+    slabs: &Slabs,
+    tiles: LayeredTiles<'_>,
+    rectangle: Rectangle,
+) -> Looks {
+    let (origin, direction) = (rays.origin.as_ref(), &rays.direction);
+    let seen_by = |start: Option<&[Vector; 3]>, speed: &[Vector; 3]| {
+        let crossings = Crossings {
+            rays,
+            slabs,
+            start,
+            speed,
+        };
+        looks_by(level, &crossings, tiles, rectangle)
+    };
+    match &slabs.normals {
+        None => seen_by(origin, direction),
+        Some(normals) => {
+            let along = |v: &[Vector; 3]| v.map(|v| normals.map(|normal| dot(normal, v)));
+            seen_by(origin.map(along).as_ref(), &along(direction))
+        }
+    }
+}
+
+fn looks_by(
+    level: Level,
+    crossings: &Crossings<'_>,
+    tiles: LayeredTiles<'_>,
+    Rectangle { x, y, .. }: Rectangle,
+) -> Looks {
+    let mut looks = Looks {
+        seen: 0,
+        columns: LOOKS[0].map(|look| looked_at(x, look)),
+        rows: LOOKS[1].map(|look| looked_at(y, look)),
+        depths: [0.0; 8],
+    };
+    let meets = match level.token() {
+        None => (0..LOOKS[0].len()).fold(0, |meets, look| {
+            let depth = crossings.entry_depth(looks.columns[look], looks.rows[look]);
+            looks.depths[look] = depth.unwrap_or(0.0);
+            meets | u8::from(depth.is_some()) << look
+        }),
+        Some(token) => dispatch!(token, simd => entries(simd, crossings, &mut looks)),
+    };
+    let mut left = meets;
+    while left != 0 {
+        let i = left.trailing_zeros() as usize;
+        left &= left - 1;
+        let (column, row) = (whole(looks.columns[i]), whole(looks.rows[i]));
+        if !tiles.is_nearer(column, row, looks.depths[i] as f32) {
+            looks.seen |= 1 << i;
+        }
+    }
+    looks
+}
+
+/// The samples whose rays meet the box: a bit each.
+#[inline(always)]
+fn entries<S: Simd>(simd: S, crossings: &Crossings<'_>, looks: &mut Looks) -> u8 {
+    let lanes = S::f64s::LEN;
+    let mut all = 0;
+    for first in (0..LOOKS[0].len()).step_by(lanes) {
+        let column = S::f64s::from_slice(simd, &looks.columns[first..first + lanes]);
+        let row = S::f64s::from_slice(simd, &looks.rows[first..first + lanes]);
+        let (depth, meets) = crossings.entry_depths::<S>(simd, column, row);
+        depth.store_slice(&mut looks.depths[first..first + lanes]);
+        all |= meets.to_bitmask() << first;
+    }
+    all as u8
+}
+
 /// The column or row so many eighths into a range.
 #[inline(always)]
 fn looked_at(range: [i32; 2], eighths: f64) -> f64 {

@@ -2,13 +2,15 @@
 //! (`waiting`, `rounds`).
 
 use super::ask::{Answer, AskMemory, ask};
+use super::gaps::{self, GapMemory};
+use super::recall::{RecallMemory, recall};
 use super::rounds::{EVERYTHING, RoundMemory, draw_waiting};
 use super::traverse::{TraverseMemory, hide_subtrees};
 use super::waiting::{Waiting, nearness};
 use super::{Frame, Statistics};
 use super::marks::Marks;
 use crate::occluders::{Contributions, DrawnCluster, object_of, sort_nearest};
-use crate::occlusion::{Footprint, OcclusionBuffer};
+use crate::occlusion::{Footprint, OcclusionBuffer, SampleRect};
 use crate::tasks::Work;
 
 /// Objects that are asked, and then drawn, together, before the first look. An answer sees only what whole batches before
@@ -27,12 +29,13 @@ const MORE_BEFORE_NEXT_LOOK: usize = 3;
 #[derive(Debug, Default)]
 pub struct DrawMemory {
     batch: Vec<u32>,
-    chosen: Vec<u32>,
     to_draw: Vec<(u32, Footprint)>,
     ask: AskMemory,
     waiting: Waiting,
     rounds: RoundMemory,
     traverse: TraverseMemory,
+    recall: RecallMemory,
+    gaps: GapMemory,
 }
 
 /// What drawing found and did.
@@ -114,15 +117,12 @@ fn draw_batch(
     let Some(&(_, farthest)) = memory.to_draw.last() else {
         return true;
     };
-    let (contributions, hidden) = (&*drawn.contributions, &mut *drawn.hidden);
-    let hide = |object: u32| hidden.set(object);
-    memory
-        .waiting
-        .add(frame, &memory.to_draw, buffer, contributions, hide);
+    let hide = |object: u32| drawn.hidden.set(object);
+    memory.waiting.add(frame, &memory.to_draw, buffer, hide);
     draw_until(nearness(farthest), frame, buffer, memory, drawn)
 }
 
-/// Draws the clusters that are remembered and worth it.
+/// Draws the clusters that are remembered.
 pub fn draw_remembered(
     frame: &Frame<'_>,
     buffer: &mut OcclusionBuffer,
@@ -130,16 +130,32 @@ pub fn draw_remembered(
     drawn: &mut Drawn<'_>,
 ) {
     memory.waiting.clear();
-    drawn
-        .contributions
-        .choose(frame.settings.budget, &mut memory.chosen);
-    memory.waiting.recall(
+    recall(
         frame,
-        &memory.chosen,
         drawn.contributions,
         buffer.screen(),
+        &mut memory.recall,
+        &mut memory.waiting,
     );
     draw_until(EVERYTHING, frame, buffer, memory, drawn);
+}
+
+/// Draws what keeps objects in question from being seen, and marks those that are hidden then: [`close_gaps`](gaps::close_gaps).
+pub fn draw_what_closes_gaps(
+    frame: &Frame<'_>,
+    buffer: &mut OcclusionBuffer,
+    undecided: &[(u32, Footprint)],
+    questions: impl Iterator<Item = (u32, SampleRect)>,
+    memory: &mut DrawMemory,
+    drawn: &mut Drawn<'_>,
+) {
+    let DrawMemory {
+        gaps,
+        waiting,
+        rounds,
+        ..
+    } = memory;
+    gaps::close_gaps(frame, buffer, undecided, questions, gaps, (waiting, rounds), drawn);
 }
 
 /// Draws what waits as far as a horizon. Whether the budget allows for more.

@@ -9,9 +9,12 @@
 //! it, since nothing is strictly nearer there.
 
 mod ask;
+mod covers;
 mod draw;
+mod gaps;
 mod marks;
 mod occluders;
+mod recall;
 mod rounds;
 mod statistics;
 mod test;
@@ -19,17 +22,17 @@ mod traverse;
 mod waiting;
 
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
 use crate::occluders::{Budget, Contributions, DrawnCluster, Selection, distance_keys};
-use crate::occlusion::{Accuracy, OcclusionBuffer};
+use crate::occlusion::{Accuracy, Footprint, OcclusionBuffer};
 use crate::scene::Scene;
 use crate::tasks::{Record, Stage, Tasks, Work, stay_awake};
 use crate::view::{Camera, Containment, Frustum, PictureSize, Planes};
 
-use draw::{DrawMemory, Drawn, draw_occluders, draw_remembered};
+use draw::{DrawMemory, Drawn, draw_occluders, draw_remembered, draw_what_closes_gaps};
 use marks::Marks;
 use occluders::Occluders;
 use test::{TestMemory, not_hidden};
@@ -103,14 +106,20 @@ struct State {
     memory: Memory,
 }
 
-/// What a frame knows of those before it: what they drew, and what could be seen. It chooses occluders, and hides nothing.
+/// What a frame knows of those before it: what they needed, and what could be seen. It chooses occluders, and hides nothing.
 #[derive(Clone, Debug, Default)]
 pub struct Remembered {
     contributions: Contributions,
+    seen: Seen,
+}
+
+/// In which frames objects were visible.
+#[derive(Clone, Debug, Default)]
+struct Seen {
     /// For each object, the last frame in which it was visible.
-    seen: Vec<u32>,
-    /// The number of frames.
-    frames: u32,
+    frame_of: Vec<u32>,
+    /// The number of this frame, from 2 on.
+    frame: u32,
 }
 
 /// What a frame is made of, but for what it changes.
@@ -129,10 +138,9 @@ struct Memory {
     draw: DrawMemory,
     frustum: FrustumMemory,
     traverse: TraverseMemory,
+    in_frustum: Vec<u32>,
     /// The objects that are not known to be hidden.
-    undecided: Vec<u32>,
-    /// Of them, those whose clusters are looked for.
-    in_view: Vec<u32>,
+    undecided: Vec<(u32, Footprint)>,
     /// The keys of the occluders in the frustum, as tasks found them.
     candidates: Vec<Vec<u64>>,
     test: TestMemory,
@@ -260,28 +268,30 @@ impl Culler {
 impl Remembered {
     fn clear(&mut self) {
         self.contributions.clear();
-        self.seen.clear();
-        self.frames = 0;
+        self.seen = Seen::default();
     }
 
     /// Begins a frame of so many objects.
     fn begin_frame(&mut self, objects: usize) {
-        self.seen.resize(objects, 0);
-        // The first frame is not the one after the one in which what was never seen was seen.
-        self.frames = self.frames.wrapping_add(1).max(2);
-    }
-
-    /// Whether an object's clusters are looked for: when it comes into view, and every now and then.
-    fn is_new(&self, object: u32) -> bool {
-        let was_seen = self.seen[object as usize] == self.frames - 1;
-        !was_seen || (self.frames.wrapping_add(object)).is_multiple_of(TURN)
+        let Seen { frame_of, frame } = &mut self.seen;
+        *frame = frame.wrapping_add(1).max(2);
+        frame_of.resize(objects, 0);
     }
 
     fn end_frame(&mut self, visible: &[u32]) {
+        let Seen { frame_of, frame } = &mut self.seen;
         for &object in visible {
-            self.seen[object as usize] = self.frames;
+            frame_of[object as usize] = *frame;
         }
         self.contributions.end_frame();
+    }
+}
+
+impl Seen {
+    /// Whether it is to be found out if an object is visible: that it was in the last frame is good enough, but not for ever.
+    fn is_new(&self, object: u32) -> bool {
+        self.frame_of[object as usize] != self.frame - 1
+            || self.frame.wrapping_add(object).is_multiple_of(TURN)
     }
 }
 
@@ -318,7 +328,7 @@ impl State {
     }
 }
 
-/// An object that stays in view has its clusters looked for in every so manieth frame: others of them may have come into view.
+/// Every so manieth frame asks again whether an object is visible that stays so.
 const TURN: u32 = 8;
 
 /// Each thread has so many tasks of finding keys,
@@ -364,7 +374,7 @@ impl Frame<'_> {
         memory: &mut Memory,
         found: &mut VisibleSet,
     ) {
-        let start = Instant::now();
+        let mut clock = Clock::start();
         let &Frame {
             scene,
             settings,
@@ -378,75 +388,115 @@ impl Frame<'_> {
             times,
         } = found;
         *statistics = Statistics::default();
+        *times = StageTimes::default();
         occluders.clear();
-        remembered.begin_frame(scene.objects().len());
-        memory.hidden.clear(scene.objects().len());
-
+        let objects = scene.objects().len();
+        remembered.begin_frame(objects);
+        memory.hidden.clear(objects);
         buffer.set_accuracy(settings.accuracy);
         buffer.set_level(settings.level);
         buffer.clear_by(tasks, camera);
-        let mut contributions = std::mem::take(&mut remembered.contributions);
+        let Remembered {
+            contributions,
+            seen,
+            ..
+        } = remembered;
         let mut drawn = Drawn {
             hidden: &mut memory.hidden,
             occluders,
-            contributions: &mut contributions,
+            contributions,
             statistics,
         };
-        if !drawn.contributions.is_empty() {
+        // Where everything is drawn there is nothing to choose.
+        let learns =
+            settings.occluders == Selection::Contribution && settings.budget != Budget::All;
+        if learns && !drawn.contributions.is_empty() {
             draw_remembered(self, buffer, &mut memory.draw, &mut drawn);
-        }
-        let recalled = Instant::now();
-
-        let frustum = Frustum::new(camera, settings.size);
-        let undecided = &mut memory.undecided;
-        if drawn.occluders.is_empty() {
-            traverse::in_frustum(self, &frustum, &mut memory.frustum, undecided);
-        } else {
-            not_hidden_so_far(
+            clock.lap(&mut times.raster);
+            let undecided = &mut memory.undecided;
+            not_hidden_so_far(self, buffer, &mut memory.traverse, undecided, drawn.statistics);
+            undecided.sort_unstable_by_key(|(object, _)| *object);
+            let objects = undecided.iter().map(|(object, _)| object);
+            not_hidden(self, objects, buffer, &mut memory.test, visible);
+            clock.lap(&mut times.test);
+            let mut kept = visible.iter().copied().peekable();
+            let questions = undecided.iter().filter_map(|&(object, footprint)| {
+                kept.next_if_eq(&object)?;
+                match footprint {
+                    Footprint::Within(rect) if seen.is_new(object) => Some((object, rect)),
+                    _ => None,
+                }
+            });
+            draw_what_closes_gaps(
                 self,
                 buffer,
-                &mut memory.traverse,
                 undecided,
-                drawn.statistics,
+                questions,
+                &mut memory.draw,
+                &mut drawn,
             );
-            let met = |object: &&u32| {
-                let bounds = &scene.bounds()[**object as usize];
-                frustum.contains(bounds, Planes::ALL) != Containment::Outside
+            visible.retain(|&object| !drawn.hidden.has(object));
+            clock.lap(&mut times.raster);
+            tasks.alone(Work::Finish, || buffer.finish());
+            clock.lap(&mut times.pyramid);
+            self.put_back_never_culled(camera, visible);
+        } else {
+            let frustum = Frustum::new(camera, settings.size);
+            let in_frustum = &mut memory.in_frustum;
+            traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum);
+            let candidates = self.candidates(camera, in_frustum, &mut memory.candidates);
+            clock.lap(&mut times.select);
+            draw_occluders(self, candidates, buffer, &mut memory.draw, &mut drawn);
+            clock.lap(&mut times.raster);
+            tasks.alone(Work::Finish, || buffer.finish());
+            clock.lap(&mut times.pyramid);
+            let undecided = |&&object: &&u32| {
+                !drawn.hidden.has(object) || scene.objects()[object as usize].never_cull
             };
-            undecided.extend(self.occluders.never_culled().iter().filter(met));
-            undecided.sort_unstable();
-            undecided.dedup();
+            let undecided = in_frustum.iter().filter(undecided);
+            not_hidden(self, undecided, buffer, &mut memory.test, visible);
+            if learns {
+                for cluster in drawn.occluders.iter().filter(|cluster| cluster.gain > 0) {
+                    let &DrawnCluster { id, triangles, gain } = cluster;
+                    drawn.contributions.needed(id, triangles, gain);
+                }
+            }
         }
-        let all = settings.budget == Budget::All;
-        memory.in_view.clear();
-        let objects = undecided.iter().copied();
-        let is_new = |object: &u32| all || remembered.is_new(*object);
-        memory.in_view.extend(objects.filter(is_new));
-        let candidates = self.candidates(camera, &memory.in_view, &mut memory.candidates);
-        let selected = Instant::now();
-
-        draw_occluders(self, candidates, buffer, &mut memory.draw, &mut drawn);
-        let drawn = Instant::now();
-
-        tasks.alone(Work::Finish, || buffer.finish());
-        let finished = Instant::now();
-
-        let undecided = |&&object: &&u32| {
-            !memory.hidden.has(object) || scene.objects()[object as usize].never_cull
-        };
-        let undecided = memory.undecided.iter().filter(undecided);
-        not_hidden(self, undecided, buffer, &mut memory.test, visible);
         statistics.objects_tested = memory.test.tested() as u64;
         statistics.objects_visible = visible.len() as u64;
-        remembered.contributions = contributions;
         remembered.end_frame(visible);
-        let tested = Instant::now();
+        clock.lap(&mut times.test);
+    }
 
-        *times = StageTimes {
-            select: selected - recalled,
-            raster: (recalled - start) + (drawn - selected),
-            pyramid: finished - drawn,
-            test: tested - finished,
+    /// Puts objects back that are never culled.
+    fn put_back_never_culled(&self, camera: &Camera, visible: &mut Vec<u32>) {
+        let never_culled = self.occluders.never_culled();
+        if never_culled.is_empty() {
+            return;
+        }
+        let frustum = Frustum::new(camera, self.settings.size);
+        let is_in_it = |object: &&u32| {
+            let bounds = &self.scene.bounds()[**object as usize];
+            frustum.contains(bounds, Planes::ALL) != Containment::Outside
         };
+        visible.extend(never_culled.iter().filter(is_in_it));
+        visible.sort_unstable();
+        visible.dedup();
+    }
+}
+
+/// Tells how long stages take.
+struct Clock(Instant);
+
+impl Clock {
+    fn start() -> Clock {
+        Clock(Instant::now())
+    }
+
+    /// Adds the time since the last lap.
+    fn lap(&mut self, to: &mut Duration) {
+        let now = Instant::now();
+        *to += now - self.0;
+        self.0 = now;
     }
 }

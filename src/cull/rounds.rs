@@ -10,7 +10,7 @@ use antumbra_simd::assemble as simd;
 use super::draw::Drawn;
 use super::waiting::{Placed, Waiting, WaitingCluster};
 use super::{Frame, grow, share_of};
-use crate::occluders::{DrawnCluster, Selection};
+use crate::occluders::DrawnCluster;
 use crate::occlusion::OcclusionBuffer;
 use crate::raster::{BlockList, ClusterAssembler, CullMode};
 use crate::tasks::Work;
@@ -116,12 +116,8 @@ pub fn draw_waiting(
         let hidden = of_tasks.fold(0, |hidden, (task, assembly)| {
             hidden | assembly.hidden << (task * share)
         });
-        let learns = frame.settings.occluders == Selection::Contribution;
         for (i, (cluster, &gain)) in round.iter().zip(&*gains).enumerate() {
             if hidden >> i & 1 == 1 {
-                if let Some(known) = cluster.known {
-                    drawn.contributions.hidden(known);
-                }
                 continue;
             }
             let id = waiting.id_of(cluster);
@@ -132,10 +128,8 @@ pub fn draw_waiting(
                 gain,
             });
             drawn.statistics.occluder_triangles += u64::from(triangles);
-            match cluster.known {
-                Some(known) => drawn.contributions.drawn(known, gain),
-                None if learns => drawn.contributions.add(id, triangles, gain),
-                None => {}
+            if let Some(known) = cluster.known {
+                drawn.contributions.drawn(known, gain);
             }
         }
         let hide = |object| drawn.hidden.set(object);

@@ -76,7 +76,7 @@ impl Test {
 }
 
 /// Whether an object is hidden that its world box's footprint alone does not hide: by that box, or by its own.
-fn is_hidden(
+pub fn is_hidden(
     frame: &Frame<'_>,
     buffer: &OcclusionBuffer,
     object: usize,

@@ -196,7 +196,7 @@ struct Look {
     /// Objects to ask.
     objects: Vec<u32>,
     /// Those that are not hidden.
-    undecided: Vec<u32>,
+    undecided: Vec<(u32, Footprint)>,
 }
 
 /// Marks all objects below nodes whose boxes are hidden behind what is drawn so far.
@@ -224,7 +224,7 @@ pub fn not_hidden_so_far(
     frame: &Frame<'_>,
     buffer: &OcclusionBuffer,
     memory: &mut TraverseMemory,
-    undecided: &mut Vec<u32>,
+    undecided: &mut Vec<(u32, Footprint)>,
     statistics: &mut Statistics,
 ) {
     undecided.clear();
@@ -357,6 +357,6 @@ impl Look {
             !buffer.hides(footprint)
                 && frustum.contains(bounds(object), Planes::ALL) != Containment::Outside
         });
-        self.undecided.extend(undecided.map(|(&object, _)| object));
+        self.undecided.extend(undecided.map(|(&object, &footprint)| (object, footprint)));
     }
 }

@@ -8,7 +8,7 @@ use antumbra_simd::vertex::ScreenTransform;
 use glam::DAffine3;
 
 use super::{Frame, grow, share_of};
-use crate::occluders::{Budget, ClusterId, Contributions};
+use crate::occluders::{Budget, ClusterId};
 use crate::occlusion::{Footprint, OcclusionBuffer, SampleRect, Screen};
 use crate::prepare::{Cluster, NormalCone};
 use crate::scene::is_mirroring;
@@ -19,6 +19,11 @@ use crate::view::{Camera, Projection};
 const CLUSTERS_PER_GROUP: usize = 64;
 /// The same where there are others to project some of them.
 const CLUSTERS_PER_SHARED_GROUP: usize = 16;
+
+/// A budget that is chosen here spends a triangle's time for so many samples at the least,
+const SAMPLES_A_TRIANGLE: i64 = 8;
+/// and on a cluster that of so many triangles, besides its own.
+const CLUSTER_COST: i64 = 6;
 
 /// An occluder that is not known to be hidden.
 #[derive(Clone, Copy, Debug)]
@@ -39,7 +44,7 @@ pub struct Placed {
 #[derive(Clone, Copy, Debug)]
 pub struct WaitingCluster {
     /// The place of its object.
-    placed: u32,
+    pub placed: u32,
     /// Which of the object's clusters.
     pub cluster: u32,
     /// Its triangles.
@@ -49,7 +54,7 @@ pub struct WaitingCluster {
     /// Where it may be drawn.
     pub footprint: Footprint,
     /// Before which round it was asked, together with its object.
-    asked_before: Option<u32>,
+    pub asked_before: Option<u32>,
 }
 
 /// Clusters that wait, and memory that is kept from frame to frame.
@@ -156,10 +161,9 @@ impl Waiting {
         frame: &Frame<'_>,
         objects: &[(u32, Footprint)],
         buffer: &OcclusionBuffer,
-        contributions: &Contributions,
         mut hide: impl FnMut(u32),
     ) {
-        self.place_all(frame, objects, contributions, buffer.screen());
+        self.place_all(frame, objects, buffer.screen());
         let groups = &self.groups;
         let share = match frame.tasks.threads() {
             1 => groups.len().max(1),
@@ -179,7 +183,6 @@ impl Waiting {
                         frame,
                         group,
                         &placed[group.placed as usize],
-                        contributions,
                         buffer.screen(),
                     );
                 }
@@ -201,13 +204,7 @@ impl Waiting {
     }
 
     /// Places objects, and cuts their clusters into groups. What has one cluster waits at once.
-    fn place_all(
-        &mut self,
-        frame: &Frame<'_>,
-        objects: &[(u32, Footprint)],
-        contributions: &Contributions,
-        screen: &Screen,
-    ) {
+    fn place_all(&mut self, frame: &Frame<'_>, objects: &[(u32, Footprint)], screen: &Screen) {
         let per_group = if frame.tasks.threads() == 1 {
             CLUSTERS_PER_GROUP
         } else {
@@ -222,16 +219,14 @@ impl Waiting {
             let clusters = mesh.clusters();
             let is_single = clusters.len() == 1;
             if is_single
-                && (contributions.clusters_of(number).len() == 1
-                    || !is_promising(frame, &clusters[0], footprint)
+                && (!is_promising(frame, &clusters[0], footprint)
                     || facing(clusters, screen.camera(), &object.world_from_local) == 0)
             {
                 continue;
             }
-            // A cluster that looks away is not asked, nor one that has been drawn.
+            // A cluster that looks away is not asked.
             let may_be_seen = !frame.occluders.is_all_of(number)
-                || clusters.iter().any(|cluster| cluster.cone.is_some())
-                || contributions.clusters_of(number).len() > 0;
+                || clusters.iter().any(|cluster| cluster.cone.is_some());
             let placed = self.place(frame, number, may_be_seen, screen);
             if is_single {
                 // It is where its object is.
@@ -254,7 +249,8 @@ impl Waiting {
         }
     }
 
-    fn place(
+    /// Places an object; `may_be_seen` if there is more of it than the clusters that will wait.
+    pub(super) fn place(
         &mut self,
         frame: &Frame<'_>,
         number: u32,
@@ -275,63 +271,8 @@ impl Waiting {
         })
     }
 
-    /// Lets clusters wait that are remembered, at these places of the memory in the order of their ids.
-    pub fn recall(
-        &mut self,
-        frame: &Frame<'_>,
-        chosen: &[u32],
-        contributions: &Contributions,
-        screen: &Screen,
-    ) {
-        let object_of = |&place: &u32| contributions.id(place).object;
-        let mut finder = Finder::default();
-        for places in chosen.chunk_by(|a, b| object_of(a) == object_of(b)) {
-            let number = object_of(&places[0]);
-            let object = &frame.scene.objects()[number as usize];
-            let Some(mesh) = frame.occluders.mesh_of(object) else {
-                continue;
-            };
-            let bounds = &frame.scene.bounds()[number as usize];
-            if object.occluder_proxy.is_some()
-                && screen.footprint_of_aabb(bounds) == Footprint::Unbounded
-            {
-                continue;
-            }
-            let placed = self.place(frame, number, true, screen);
-            let clusters = places
-                .iter()
-                .map(|&place| &mesh.clusters()[contributions.id(place).cluster as usize]);
-            finder.footprints.clear();
-            screen.footprints_of_local_boxes(
-                frame.settings.level,
-                &self.placed.things[placed as usize].screen,
-                bounds,
-                clusters.clone().map(Cluster::bounds),
-                &mut finder.footprints,
-            );
-            let mut any = false;
-            for ((&place, cluster), &footprint) in
-                places.iter().zip(clusters).zip(&finder.footprints)
-            {
-                if footprint != Footprint::Nowhere {
-                    any = true;
-                    self.push(WaitingCluster {
-                        placed,
-                        cluster: contributions.id(place).cluster,
-                        triangles: u32::from(cluster.triangle_count),
-                        known: Some(place),
-                        footprint,
-                        asked_before: None,
-                    });
-                }
-            }
-            if !any {
-                self.settle(placed, &mut |_| {});
-            }
-        }
-    }
-
-    fn push(&mut self, cluster: WaitingCluster) {
+    /// Lets a cluster wait, by the place of its object.
+    pub(super) fn push(&mut self, cluster: WaitingCluster) {
         self.placed.things[cluster.placed as usize].waiting += 1;
         let place = self.clusters.put(cluster);
         self.unsorted.push(key(cluster.footprint, place));
@@ -389,6 +330,11 @@ impl Waiting {
         }
     }
 
+    /// From the local coordinates of a placed object to the screen.
+    pub fn screen_of(&self, placed: u32) -> &ScreenTransform {
+        &self.placed.things[placed as usize].screen
+    }
+
     /// The object of a cluster that was taken.
     pub fn object_of(&self, cluster: &WaitingCluster) -> &Placed {
         &self.placed.things[cluster.placed as usize]
@@ -422,7 +368,7 @@ impl Waiting {
     }
 
     /// Forgets an object that has no cluster left.
-    fn settle(&mut self, placed: u32, hide: &mut impl FnMut(u32)) {
+    pub(super) fn settle(&mut self, placed: u32, hide: &mut impl FnMut(u32)) {
         let placed = self.placed.take(placed);
         if !placed.may_be_seen {
             hide(placed.object);
@@ -431,14 +377,7 @@ impl Waiting {
 }
 
 impl Finder {
-    fn find(
-        &mut self,
-        frame: &Frame<'_>,
-        group: &Group,
-        placed: &Placed,
-        contributions: &Contributions,
-        screen: &Screen,
-    ) {
+    fn find(&mut self, frame: &Frame<'_>, group: &Group, placed: &Placed, screen: &Screen) {
         let object = &frame.scene.objects()[placed.object as usize];
         let Some(mesh) = frame.occluders.mesh_of(object) else {
             return;
@@ -456,14 +395,9 @@ impl Finder {
             clusters.iter().map(Cluster::bounds),
             &mut self.footprints,
         );
-        let mut known = contributions.clusters_of(placed.object).peekable();
         for (i, (cluster, &footprint)) in clusters.iter().zip(&self.footprints).enumerate() {
             let number = group.first + i as u32;
-            while known.next_if(|&known| known < number).is_some() {}
-            let is_in_question = facing >> i & 1 == 1
-                && footprint != Footprint::Nowhere
-                && known.peek() != Some(&number);
-            if !is_in_question {
+            if facing >> i & 1 == 0 || footprint == Footprint::Nowhere {
                 continue;
             }
             if !is_promising(frame, cluster, footprint) {
@@ -492,13 +426,13 @@ fn is_promising(frame: &Frame<'_>, cluster: &Cluster, footprint: Footprint) -> b
         Footprint::Nowhere => false,
         Footprint::Within(SampleRect { x, y, .. }) => {
             let area = (i64::from(x[1] - x[0]) + 1) * (i64::from(y[1] - y[0]) + 1);
-            Contributions::is_promising(u32::from(cluster.triangle_count), area as u64)
+            area >= SAMPLES_A_TRIANGLE * (i64::from(cluster.triangle_count) + CLUSTER_COST)
         }
     }
 }
 
 /// Which clusters of a placed mesh may show a front: those whose cones do not say that all of it looks away.
-fn facing(clusters: &[Cluster], camera: &Camera, world_from_local: &DAffine3) -> u64 {
+pub(super) fn facing(clusters: &[Cluster], camera: &Camera, world_from_local: &DAffine3) -> u64 {
     let all = u64::MAX >> (u64::BITS as usize - clusters.len());
     if clusters.iter().all(|cluster| cluster.cone.is_none()) {
         return all;

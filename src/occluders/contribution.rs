@@ -1,12 +1,12 @@
-//! The memory of contribution: what each cluster was seen to hide, so that the next frame draws the best first.
+//! The memory of contribution: which clusters a frame needed, so that the next draws them first, and no others.
 //!
-//! Of the clusters that frames have drawn, the memory keeps a value each: the samples that it took over from what was drawn
-//! before it, halved from frame to frame. Occluders are worth their value by what drawing them costs. The papers remember
-//! which objects were visible (GW §5.2, VDR §5.3, HOM equation 7.1); what a cluster added is a stricter question, for most
-//! of what can be seen hides nothing that something else does not hide.
+//! A cluster is needed if something behind it is seen without it. Most of what can be seen is not needed in this sense: it
+//! hides nothing that what stands behind it does not hide as well. (The papers remember which objects were visible: GW §5.2,
+//! VDR §5.3, HOM equation 7.1. Of the clusters visible in a frame, a tenth to a third hide as much as all of them.)
 //!
-//! A cluster that adds too little is kept as such for some frames, so that it is not drawn again at once, and is then
-//! forgotten. So what is remembered follows what is seen, not what exists.
+//! So the memory is put to the test. Every now and then a frame leaves a cluster out that it remembers. If something is seen
+//! then that was not before, the cluster is drawn after all, in the same frame, and is not left out for twice as long; if
+//! not, it is forgotten. What is remembered follows what is seen, not what exists.
 
 use super::Budget;
 
@@ -22,75 +22,68 @@ pub struct ClusterId {
 /// Drawing a cluster costs as much as so many triangles, besides its own.
 const CLUSTER_COST: u32 = 6;
 
-/// A budget that is chosen here spends a triangle's time for so many samples at least.
-const SAMPLES_A_TRIANGLE: u32 = 8;
-
-/// For so many frames a cluster that adds too little is not drawn again.
-const REST: u8 = 24;
+/// A cluster is remembered for so many frames before it is left out for the first time,
+const FIRST_HOLD: u8 = 2;
+/// and for some more, up to this, so that not all that were drawn first in the same frame are left out in the same one.
+const STAGGER: u32 = 8;
+/// When it has turned out to be needed, it is not left out for so many frames,
+const NEEDED_HOLD: u8 = 16;
+/// and each time again for twice as many, up to this.
+const LONGEST_HOLD: u8 = 128;
 
 /// Values are kept in so many parts of a sample, so that halving does not lose them at once.
 const PARTS_OF_SAMPLE: u32 = 16;
 
-/// Of a budget of triangles, the memory takes so many quarters; what came into view takes what is left.
+/// Of a budget of triangles, the memory takes so many quarters; what turns out to be needed takes what is left.
 const QUARTERS_OF_BUDGET: u64 = 3;
 
 /// What is remembered of a cluster.
 #[derive(Clone, Copy, Debug)]
 struct Known {
     id: ClusterId,
+    /// The samples that it took over, in parts of them: half of it from the last frame, a quarter from the one before …
     value: u32,
     triangles: u8,
-    /// For how many frames it is still remembered if nobody draws it.
-    rest: u8,
-    /// What was done with it in this frame.
+    /// For how many frames it will not be left out.
+    hold: u8,
+    /// What that was when it was last found to be needed.
+    last_hold: u8,
+    /// What became of it in this frame.
     fate: Fate,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Fate {
-    /// It was not chosen.
-    Left,
-    /// It was chosen, but hidden.
+    /// It was left out.
+    LeftOut,
+    /// It was to be drawn, but is outside the picture or hidden.
     Hidden,
     /// It was drawn.
     Drawn,
 }
 
-/// What clusters of instances were seen to hide.
+/// The clusters of instances that were needed.
 #[derive(Clone, Debug, Default)]
 pub struct Contributions {
     /// In the order of their ids.
     known: Vec<Known>,
-    /// Those that this frame drew for the first time.
-    new: Vec<Known>,
+    /// Those that this frame needed and did not draw from memory.
+    needed: Vec<Known>,
     merged: Vec<Known>,
 }
 
 impl Known {
-    fn cost(&self) -> u32 {
-        u32::from(self.triangles) + CLUSTER_COST
-    }
-
-    fn is_worth_it(&self) -> bool {
-        self.value >= SAMPLES_A_TRIANGLE * PARTS_OF_SAMPLE * self.cost()
-    }
-
     /// The larger, the more it hides for what it costs.
     fn density(&self) -> u64 {
-        (u64::from(self.value) << 16) / u64::from(self.cost())
+        (u64::from(self.value) << 16) / u64::from(u32::from(self.triangles) + CLUSTER_COST)
     }
 }
 
 impl Contributions {
-    /// Whether a cluster of so many triangles that takes over this many samples at most might be worth drawing.
-    pub fn is_promising(triangles: u32, samples: u64) -> bool {
-        samples >= u64::from(SAMPLES_A_TRIANGLE * (triangles + CLUSTER_COST))
-    }
-
     /// Forgets all.
     pub fn clear(&mut self) {
         self.known.clear();
-        self.new.clear();
+        self.needed.clear();
     }
 
     /// How many clusters are remembered.
@@ -108,46 +101,49 @@ impl Contributions {
         self.known[place as usize].id
     }
 
-    /// Puts the places of the clusters to draw first into `chosen`, in the order of their ids.
-    pub fn choose(&self, budget: Budget, chosen: &mut Vec<u32>) {
+    /// Begins a frame: puts the places of the clusters to draw first into `chosen`, in the order of their ids.
+    pub fn choose(&mut self, budget: Budget, chosen: &mut Vec<u32>) {
         chosen.clear();
-        let known = (0..).zip(&self.known);
-        match budget {
-            Budget::All => chosen.extend(known.map(|(place, _)| place)),
-            Budget::Auto => {
-                let worth_it = known.filter(|(_, known)| known.is_worth_it());
-                chosen.extend(worth_it.map(|(place, _)| place));
+        for (place, known) in (0..).zip(&mut self.known) {
+            known.fate = Fate::LeftOut;
+            if known.hold > 0 {
+                known.hold -= 1;
+                known.fate = Fate::Hidden;
+                chosen.push(place);
             }
-            Budget::Triangles(most) => {
-                let mut left = most * QUARTERS_OF_BUDGET / 4;
-                chosen.extend(known.map(|(place, _)| place));
-                let known = |place: &u32| &self.known[*place as usize];
-                chosen.sort_unstable_by_key(|place| (!known(place).density(), *place));
-                let within = chosen.iter().take_while(|place| {
-                    let triangles = u64::from(known(place).triangles);
-                    let fits = triangles <= left;
-                    left = left.saturating_sub(triangles);
-                    fits
-                });
-                let count = within.count();
-                chosen.truncate(count);
-                chosen.sort_unstable();
-            }
+        }
+        if let Budget::Triangles(most) = budget {
+            let mut left = most * QUARTERS_OF_BUDGET / 4;
+            let known = |place: &u32| &self.known[*place as usize];
+            chosen.sort_unstable_by_key(|place| (!known(place).density(), *place));
+            let within = chosen.iter().take_while(|place| {
+                let triangles = u64::from(known(place).triangles);
+                let fits = triangles <= left;
+                left = left.saturating_sub(triangles);
+                fits
+            });
+            let count = within.count();
+            chosen.truncate(count);
+            chosen.sort_unstable();
         }
     }
 
-    /// Which clusters of an object are remembered: their numbers, in order.
-    pub fn clusters_of(&self, object: u32) -> impl ExactSizeIterator<Item = u32> + Clone {
-        let first = self.known.partition_point(|known| known.id.object < object);
-        let count = self.known[first..].partition_point(|known| known.id.object == object);
-        self.known[first..first + count]
-            .iter()
-            .map(|known| known.id.cluster)
+    /// Whether a cluster is remembered, but left out of this frame.
+    pub fn is_left_out(&self, id: ClusterId) -> bool {
+        let place = self.known.binary_search_by_key(&id, |known| known.id);
+        place.is_ok_and(|place| self.known[place].fate == Fate::LeftOut)
     }
 
-    /// Notes that the cluster at a place was hidden when its turn came.
-    pub fn hidden(&mut self, place: u32) {
-        self.known[place as usize].fate = Fate::Hidden;
+    /// The clusters of an object that this frame has drawn from memory, or found hidden: their numbers, in order.
+    pub fn done_of(&self, object: u32) -> impl Iterator<Item = u32> {
+        let first = self
+            .known
+            .partition_point(|known| known.id.object < object);
+        self.known[first..]
+            .iter()
+            .take_while(move |known| known.id.object == object)
+            .filter(|known| known.fate != Fate::LeftOut)
+            .map(|known| known.id.cluster)
     }
 
     /// Notes that the cluster at a place was drawn, and how many samples it took over.
@@ -157,44 +153,44 @@ impl Contributions {
         known.value += gain * PARTS_OF_SAMPLE;
     }
 
-    /// Remembers a cluster that was drawn and is not known yet.
-    pub fn add(&mut self, id: ClusterId, triangles: u32, gain: u32) {
-        self.new.push(Known {
+    /// Remembers a cluster that was drawn and needed, but not chosen.
+    pub fn needed(&mut self, id: ClusterId, triangles: u32, gain: u32) {
+        let stagger = (id.object ^ id.cluster) % STAGGER;
+        self.needed.push(Known {
             id,
-            value: 2 * gain * PARTS_OF_SAMPLE,
+            value: gain * PARTS_OF_SAMPLE,
             triangles: triangles.min(u32::from(u8::MAX)) as u8,
-            rest: REST,
+            hold: FIRST_HOLD + stagger as u8,
+            last_hold: 0,
             fate: Fate::Drawn,
         });
     }
 
-    /// Ends a frame: values are halved, and what has added too little for too long is forgotten.
+    /// Ends a frame: forgets what added nothing, and what was left out and is not needed.
     pub fn end_frame(&mut self) {
-        for known in self.known.iter_mut().chain(&mut self.new) {
-            if known.fate != Fate::Left {
-                known.value /= 2;
-            }
-            known.rest = if known.is_worth_it() {
-                REST
-            } else {
-                known.rest.saturating_sub(1)
-            };
-            known.fate = Fate::Left;
-        }
-        self.known.retain(|known| known.rest > 0);
-        if self.new.is_empty() {
-            return;
-        }
-        self.new.sort_unstable_by_key(|known| known.id);
+        self.needed.sort_unstable_by_key(|known| known.id);
         self.merged.clear();
-        let mut new = self.new.drain(..).peekable();
+        let mut needed = self.needed.drain(..).peekable();
         for &known in &self.known {
-            while let Some(before) = new.next_if(|new| new.id < known.id) {
+            while let Some(before) = needed.next_if(|needed| needed.id < known.id) {
                 self.merged.push(before);
             }
-            self.merged.push(known);
+            if let Some(again) = needed.next_if(|needed| needed.id == known.id) {
+                let hold = known
+                    .last_hold
+                    .saturating_mul(2)
+                    .clamp(NEEDED_HOLD, LONGEST_HOLD);
+                self.merged.push(Known {
+                    hold,
+                    last_hold: hold,
+                    ..again
+                });
+            } else if known.fate == Fate::Drawn && known.value > 0 {
+                let value = known.value / 2;
+                self.merged.push(Known { value, ..known });
+            }
         }
-        self.merged.extend(new);
+        self.merged.extend(needed);
         std::mem::swap(&mut self.known, &mut self.merged);
     }
 }

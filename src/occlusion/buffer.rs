@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use antumbra_simd::closer::is_box_hidden;
-use antumbra_simd::glance::{Slabs, is_seen};
+use antumbra_simd::glance::{Looks, Slabs, is_seen, looks};
 use antumbra_simd::projected::CornerBox;
 use antumbra_simd::query::Rectangle;
 use antumbra_simd::triangle::Triangle;
@@ -285,6 +285,34 @@ impl OcclusionBuffer {
             &corners(),
             rectangle,
         )
+    }
+
+    /// At which of a few samples a world box shows itself, whose rectangle this is.
+    pub(crate) fn looks_at(&self, bounds: &Aabb, rect: SampleRect) -> Looks {
+        let slabs = self.screen.slabs_of_aabb(bounds);
+        looks(
+            self.tiles.level(),
+            self.screen.rays(),
+            &slabs,
+            self.tiles.layered(),
+            rectangle(&rect),
+        )
+    }
+
+    /// Whether a world box is hidden that shows itself at none of the samples where it is looked at.
+    pub(crate) fn hides_unseen(&self, bounds: &Aabb, rect: SampleRect) -> bool {
+        is_box_hidden(
+            self.tiles.level(),
+            self.screen.view(),
+            self.tiles.layered(),
+            &self.screen.corners_of_aabb(bounds),
+            rectangle(&rect),
+        )
+    }
+
+    /// Whether what a sample shows is nearer than a depth.
+    pub(crate) fn is_nearer_at(&self, column: i32, row: i32, depth: f32) -> bool {
+        self.tiles.layered().is_nearer(column, row, depth)
     }
 
     /// Whether a ball is hidden.

@@ -22,6 +22,8 @@
 //! | [`boxes`] | projects boxes to rectangles of samples, eight at once |
 //! | [`query`] | asks whether a rectangle lies behind what tiles show |
 //! | [`glance`] | looks at a box through one sample |
+//! | [`pierce`] | what the ray through a sample meets of a cluster |
+//! | [`covering`] | which of many rectangles hold a sample and may hide what is there |
 //! | [`bounds`] | projects the corners of boxes to the screen |
 //! | [`projected`] | a box on screen: its outline and its faces |
 //! | [`outline`] | the samples inside a box's outline, and whether they are covered |
@@ -33,6 +35,7 @@ pub mod bounds;
 pub mod boxes;
 pub mod closer;
 pub mod coverage;
+pub mod covering;
 mod crossings;
 pub mod faces;
 pub mod fill;
@@ -43,6 +46,7 @@ mod order;
 pub mod outline;
 mod part_bounds;
 pub mod part_depth;
+pub mod pierce;
 mod planes;
 mod project;
 pub mod projected;

@@ -136,7 +136,7 @@ impl<S: Simd> Rows<S> {
 
 /// Positions from number `at`, as many as a vector of f32 holds: the first half and the second.
 #[inline(always)]
-fn positions<S: Simd>(simd: S, cluster: &Cluster<'_>, at: usize) -> [[S::f64s; 3]; 2] {
+pub(crate) fn positions<S: Simd>(simd: S, cluster: &Cluster<'_>, at: usize) -> [[S::f64s; 3]; 2] {
     let lanes = at..at + S::f32s::LEN;
     let x = S::f32s::from_slice(simd, &cluster.x[lanes.clone()]).widen();
     let y = S::f32s::from_slice(simd, &cluster.y[lanes.clone()]).widen();

@@ -4,7 +4,8 @@ use antumbra_simd::Level;
 use antumbra_simd::boxes::BoxView;
 use antumbra_simd::closer::{LayeredTiles, is_box_hidden, is_outline_hidden};
 use antumbra_simd::faces::{FacePlane, Faces};
-use antumbra_simd::glance::{Rays, Slabs, is_seen};
+use antumbra_simd::covering::{BLOCK, RectangleBlock, covering};
+use antumbra_simd::glance::{Rays, Slabs, is_seen, looks};
 use antumbra_simd::outline::{Outline, OutlineEdge};
 use antumbra_simd::projected::CornerBox;
 use antumbra_simd::query::Rectangle;
@@ -313,6 +314,16 @@ fn every_level_sees_a_box_alike() {
             let tiles = picture.tiles();
             let expected = is_seen(Level::Scalar, &rays, &slabs, tiles, rectangle);
             for &level in Level::available() {
+                let all = looks(level, &rays, &slabs, tiles, rectangle);
+                assert_eq!(all.seen != 0, expected, "{level}");
+                let plain = looks(Level::Scalar, &rays, &slabs, tiles, rectangle);
+                for i in (0..8).filter(|i| plain.seen >> i & 1 == 1) {
+                    assert_eq!(all.depths[i].to_bits(), plain.depths[i].to_bits());
+                }
+                assert_eq!(
+                    (all.seen, all.columns, all.rows),
+                    (plain.seen, plain.columns, plain.rows)
+                );
                 let answer = is_seen(level, &rays, &slabs, tiles, rectangle);
                 assert_eq!(answer, expected, "{level}: {slabs:?} {rectangle:?}");
             }
@@ -320,4 +331,33 @@ fn every_level_sees_a_box_alike() {
         }
     }
     assert!(count[0] > 500 && count[1] > 500, "{count:?}");
+}
+
+#[test]
+fn every_level_finds_the_rectangles_over_a_sample() {
+    let mut numbers = Numbers(11);
+    let mut found = 0;
+    for _ in 0..2_000 {
+        let mut block = RectangleBlock::EMPTY;
+        for i in 0..BLOCK {
+            for ends in [&mut block.x, &mut block.y] {
+                let first = numbers.below(41) as i32;
+                ends[0][i] = first;
+                ends[1][i] = first + numbers.below(33) as i32 - 2;
+            }
+            block.nearest[i] = numbers.one_of(&[f32::NEG_INFINITY, 0.25, 0.5, f32::INFINITY]);
+        }
+        let blocks = [block, RectangleBlock::EMPTY, block];
+        let sample = [0, 1].map(|_| numbers.below(41) as i32);
+        let mut plain = Vec::new();
+        covering(Level::Scalar, &blocks, sample, 0.25, &mut plain);
+        assert_eq!((plain[0], plain[1]), (plain[2], 0));
+        found += plain[0].count_ones();
+        for &level in Level::available() {
+            let mut masks = Vec::new();
+            covering(level, &blocks, sample, 0.25, &mut masks);
+            assert_eq!(masks, plain, "{level}");
+        }
+    }
+    assert!(found > 1_000, "{found}");
 }

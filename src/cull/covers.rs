@@ -3,13 +3,21 @@
 //! Objects are looked through by their boxes' rectangles. The clusters of one are only projected when its rectangle holds a
 //! sample that somebody asks about.
 
+use std::cmp::Reverse;
 use std::ops::Range;
+
+use antumbra_simd::covering::{BLOCK, RectangleBlock, covering};
+use antumbra_simd::pierce::pierce;
+use antumbra_simd::triangle::CullMode;
+use antumbra_simd::vertex::ScreenTransform;
 
 use super::Frame;
 use super::waiting::facing;
+use crate::cull::Level;
 use crate::occluders::{ClusterId, Contributions};
-use crate::occlusion::{Footprint, Screen};
+use crate::occlusion::{Footprint, SampleRect, Screen};
 use crate::prepare::Cluster;
+use crate::scene::is_mirroring;
 
 /// A sample, and a depth there.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,10 +35,27 @@ pub struct Sample {
 pub struct Cover {
     /// Which.
     pub id: ClusterId,
+    /// The place of its object.
+    object: usize,
     /// Its triangles.
     pub triangles: u32,
     /// Where it may be drawn.
     pub footprint: Footprint,
+}
+
+impl Cover {
+    /// The larger, the more it may cover for what it costs to draw.
+    fn worth(&self) -> u64 {
+        let area = match self.footprint {
+            Footprint::Nowhere => 0,
+            // More than any picture.
+            Footprint::Unbounded => 1 << 40,
+            Footprint::Within(SampleRect { x, y, .. }) => {
+                (x[1] - x[0] + 1) as u64 * (y[1] - y[0] + 1) as u64
+            }
+        };
+        area / u64::from(self.triangles)
+    }
 }
 
 /// Clusters that might cover something; keeps its memory from frame to frame.
@@ -38,68 +63,102 @@ pub struct Cover {
 pub struct Covers {
     objects: Vec<u32>,
     of_objects: Rectangles,
-    /// The clusters of each object, once they are known.
-    expanded: Vec<Option<Range<usize>>>,
-    clusters: Vec<Cover>,
+    /// What is known of each object, once it is.
+    expanded: Vec<Option<Expanded>>,
+    /// In the places of their rectangles; none where a block ends with less than it holds.
+    clusters: Vec<Option<Cover>>,
     of_clusters: Rectangles,
     footprints: Vec<Footprint>,
-    /// Objects over a sample.
-    over: Vec<usize>,
+    /// Objects and clusters whose rectangles hold a sample.
+    objects_over: Vec<usize>,
+    clusters_over: Vec<usize>,
 }
 
-/// Footprints, structure of arrays.
+/// What is known of an object.
+#[derive(Clone, Debug)]
+struct Expanded {
+    /// The places of its clusters.
+    clusters: Range<usize>,
+    /// From its local coordinates to the screen.
+    screen: ScreenTransform,
+    /// What its single-sided surfaces leave out.
+    single_sided: CullMode,
+}
+
+/// Footprints in places, structure of arrays.
 #[derive(Debug, Default)]
 struct Rectangles {
-    x: [Vec<i32>; 2],
-    y: [Vec<i32>; 2],
-    nearest: Vec<f32>,
+    blocks: Vec<RectangleBlock>,
+    count: usize,
+    masks: Vec<u16>,
 }
 
 impl Rectangles {
     fn clear(&mut self) {
-        for ends in self.x.iter_mut().chain(&mut self.y) {
-            ends.clear();
-        }
-        self.nearest.clear();
+        self.blocks.clear();
+        self.count = 0;
+    }
+
+    /// Goes on with a new block.
+    fn end_block(&mut self) {
+        self.count = self.blocks.len() * BLOCK;
     }
 
     fn push(&mut self, footprint: Footprint) {
         let (x, y, nearest) = match footprint {
-            Footprint::Nowhere => ([1, 0], [1, 0], f32::NEG_INFINITY),
+            Footprint::Nowhere => ([0, -1], [0, -1], f32::NEG_INFINITY),
             Footprint::Unbounded => ([0, i32::MAX], [0, i32::MAX], f32::INFINITY),
             Footprint::Within(rect) => (rect.x, rect.y, rect.nearest_depth),
         };
-        for end in 0..2 {
-            self.x[end].push(x[end]);
-            self.y[end].push(y[end]);
+        let (block, i) = (self.count / BLOCK, self.count % BLOCK);
+        if block == self.blocks.len() {
+            self.blocks.push(RectangleBlock::EMPTY);
         }
-        self.nearest.push(nearest);
+        let block = &mut self.blocks[block];
+        for end in 0..2 {
+            block.x[end][i] = x[end];
+            block.y[end][i] = y[end];
+        }
+        block.nearest[i] = nearest;
+        self.count += 1;
     }
 
-    /// Calls `visit` with each of a range that holds a sample and reaches nearer than it.
-    #[inline]
-    fn each_over(&self, range: Range<usize>, sample: Sample, mut visit: impl FnMut(usize)) {
-        const LANES: usize = 16;
-        let Sample { column, row, depth } = sample;
-        let (x0, x1) = (&self.x[0][range.clone()], &self.x[1][range.clone()]);
-        let (y0, y1) = (&self.y[0][range.clone()], &self.y[1][range.clone()]);
-        let nearest = &self.nearest[range.clone()];
-        let holds = |i: usize| {
-            (x0[i] <= column)
-                & (x1[i] >= column)
-                & (y0[i] <= row)
-                & (y1[i] >= row)
-                & (nearest[i] > depth)
-        };
-        let count = nearest.len();
-        let mut at = 0;
-        while at < count {
-            let end = count.min(at + LANES);
-            let any = (at..end).fold(false, |any, i| any | holds(i));
-            if any {
-                (at..end).filter(|&i| holds(i)).for_each(|i| visit(range.start + i));
+    /// Takes a footprint away.
+    fn remove(&mut self, place: usize) {
+        self.blocks[place / BLOCK].nearest[place % BLOCK] = f32::NEG_INFINITY;
+    }
+
+    /// Appends the places in `range` that hold a sample and reach nearer than it. The range is of whole blocks.
+    fn over(&mut self, level: Level, range: Range<usize>, sample: Sample, places: &mut Vec<usize>) {
+        let blocks = range.start / BLOCK..range.end.div_ceil(BLOCK);
+        self.masks.clear();
+        covering(
+            level,
+            &self.blocks[blocks.clone()],
+            [sample.column, sample.row],
+            sample.depth,
+            &mut self.masks,
+        );
+        for (block, &mask) in blocks.zip(&self.masks) {
+            let mut left = mask;
+            while left != 0 {
+                places.push(block * BLOCK + left.trailing_zeros() as usize);
+                left &= left - 1;
             }
-            at = end;
+        }
+    }
+}
+
+/// Whether something within a footprint may cover a sample.
+fn may_cover(footprint: Footprint, sample: Sample) -> bool {
+    let holds = |[first, last]: [i32; 2], v: i32| first <= v && v <= last;
+    match footprint {
+        Footprint::Nowhere => false,
+        Footprint::Unbounded => true,
+        Footprint::Within(rect) => {
+            holds(rect.x, sample.column)
+                && holds(rect.y, sample.row)
+                && rect.nearest_depth > sample.depth
         }
     }
 }
@@ -119,12 +178,13 @@ impl Covers {
         self.expanded.resize(objects.len(), None);
     }
 
-    /// A cluster that was found.
-    pub fn cluster(&self, index: usize) -> &Cover {
-        &self.clusters[index]
+    /// The cluster at a place.
+    pub fn cluster(&self, place: usize) -> Option<&Cover> {
+        self.clusters[place].as_ref()
     }
 
-    /// Finds the clusters that may cover a sample, of other objects than `of`.
+    /// Finds the place of a cluster of another object than `of` that covers a sample; of several, the largest on screen for what
+    /// it costs to draw.
     pub fn find(
         &mut self,
         frame: &Frame<'_>,
@@ -132,30 +192,70 @@ impl Covers {
         contributions: &Contributions,
         sample: Sample,
         of: u32,
-        found: &mut Vec<usize>,
-    ) {
-        found.clear();
-        let mut objects = std::mem::take(&mut self.over);
+    ) -> Option<usize> {
+        let level = frame.settings.level;
+        let mut objects = std::mem::take(&mut self.objects_over);
+        let mut clusters = std::mem::take(&mut self.clusters_over);
         objects.clear();
-        self.of_objects
-            .each_over(0..self.objects.len(), sample, |i| objects.push(i));
-        for &i in &objects {
-            if self.objects[i] == of {
+        clusters.clear();
+        let all = 0..self.objects.len();
+        self.of_objects.over(level, all, sample, &mut objects);
+        for &object in &objects {
+            if self.objects[object] == of {
                 continue;
             }
-            let clusters = match &self.expanded[i] {
-                Some(clusters) => clusters.clone(),
-                None => self.expand(frame, screen, contributions, i),
-            };
-            self.of_clusters
-                .each_over(clusters, sample, |cluster| found.push(cluster));
+            if self.expanded[object].is_none() {
+                self.expand(frame, screen, contributions, object);
+            }
+            if let Some(expanded) = &self.expanded[object] {
+                let range = expanded.clusters.clone();
+                self.of_clusters.over(level, range, sample, &mut clusters);
+            }
         }
-        self.over = objects;
+        let worth = |&place: &usize| self.cluster(place).map_or(0, Cover::worth);
+        clusters.sort_unstable_by_key(|place| (Reverse(worth(place)), *place));
+        let found = clusters
+            .iter()
+            .copied()
+            .find(|&place| self.covers(frame, place, sample));
+        self.objects_over = objects;
+        self.clusters_over = clusters;
+        found
     }
 
-    /// Takes a cluster away, which is drawn.
-    pub fn take(&mut self, index: usize) {
-        self.of_clusters.nearest[index] = f32::NEG_INFINITY;
+    /// Whether what is to be drawn of a cluster covers a sample.
+    pub fn covers(&self, frame: &Frame<'_>, place: usize, sample: Sample) -> bool {
+        let Some(&Cover {
+            id,
+            object,
+            footprint,
+            ..
+        }) = self.cluster(place)
+        else {
+            return false;
+        };
+        if !may_cover(footprint, sample) {
+            return false;
+        }
+        let mesh = frame.occluders.mesh_of(&frame.scene.objects()[id.object as usize]);
+        let Some((mesh, expanded)) = mesh.zip(self.expanded[object].as_ref()) else {
+            return false;
+        };
+        let cluster = id.cluster as usize;
+        let cull = if mesh.clusters()[cluster].double_sided {
+            CullMode::None
+        } else {
+            expanded.single_sided
+        };
+        let at = [sample.column, sample.row];
+        let level = frame.settings.level;
+        let depth = pierce(level, mesh.geometry(cluster).for_loops(), &expanded.screen, cull, at);
+        depth.is_some_and(|depth| depth > f64::from(sample.depth))
+    }
+
+    /// Takes the cluster at a place away, which is drawn.
+    pub fn take(&mut self, place: usize) {
+        self.of_clusters.remove(place);
     }
 
     fn expand(
@@ -163,19 +263,30 @@ impl Covers {
         frame: &Frame<'_>,
         screen: &Screen,
         contributions: &Contributions,
-        index: usize,
-    ) -> Range<usize> {
+        object: usize,
+    ) {
+        let place = &frame.scene.objects()[self.objects[object] as usize].world_from_local;
+        let from_local = screen.screen_from_local(place);
         let first = self.clusters.len();
-        self.find_clusters(frame, screen, contributions, index);
-        for cluster in &self.clusters[first..] {
+        self.find_clusters(frame, screen, contributions, object, &from_local);
+        for cluster in self.clusters[first..].iter().flatten() {
             self.of_clusters.push(cluster.footprint);
         }
         let clusters = first..self.clusters.len();
         if clusters.is_empty() {
-            self.of_objects.nearest[index] = f32::NEG_INFINITY;
+            self.of_objects.remove(object);
         }
-        self.expanded[index] = Some(clusters.clone());
-        clusters
+        self.of_clusters.end_block();
+        self.clusters.resize(self.of_clusters.count, None);
+        self.expanded[object] = Some(Expanded {
+            clusters,
+            screen: from_local,
+            single_sided: if is_mirroring(place) {
+                CullMode::Front
+            } else {
+                CullMode::Back
+            },
+        });
     }
 
     fn find_clusters(
@@ -184,6 +295,7 @@ impl Covers {
         screen: &Screen,
         contributions: &Contributions,
         index: usize,
+        from_local: &ScreenTransform,
     ) {
         let number = self.objects[index];
         let object = &frame.scene.objects()[number as usize];
@@ -198,26 +310,26 @@ impl Covers {
             return;
         }
         let place = &object.world_from_local;
-        let from_local = screen.screen_from_local(place);
         let mut done = contributions.done_of(number).peekable();
         for (group, clusters) in mesh.clusters().chunks(u64::BITS as usize).enumerate() {
             let facing = facing(clusters, screen.camera(), place);
             self.footprints.clear();
             let boxes = clusters.iter().map(Cluster::bounds);
             let level = frame.settings.level;
-            screen.footprints_of_local_boxes(level, &from_local, bounds, boxes, &mut self.footprints);
+            screen.footprints_of_local_boxes(level, from_local, bounds, boxes, &mut self.footprints);
             for (i, (cluster, &footprint)) in clusters.iter().zip(&self.footprints).enumerate() {
                 let number_of_cluster = (group * u64::BITS as usize + i) as u32;
                 let is_done = done.next_if_eq(&number_of_cluster).is_some();
                 if facing >> i & 1 == 1 && footprint != Footprint::Nowhere && !is_done {
-                    self.clusters.push(Cover {
+                    self.clusters.push(Some(Cover {
                         id: ClusterId {
                             object: number,
                             cluster: number_of_cluster,
                         },
+                        object: index,
                         triangles: u32::from(cluster.triangle_count),
                         footprint,
-                    });
+                    }));
                 }
             }
         }

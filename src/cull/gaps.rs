@@ -1,15 +1,14 @@
-//! Closes gaps: where an object shows that ought to be hidden, what might cover it is drawn.
+//! Closes gaps: where an object shows that ought to be hidden, what covers it is drawn.
 //!
 //! After the clusters that the last frame needed are drawn, some objects are still to be seen that were not seen before. Each
-//! shows itself at some sample. If no cluster that is not drawn yet may cover that sample, the object is visible. Otherwise
-//! those that may are drawn, and the object is asked again. So what is drawn is what an object in question is seen through
-//! without, whatever else there is.
+//! shows itself at some samples. A ray through such a sample tells whether there is a cluster, not drawn yet, that covers it.
+//! If there is none, the object is visible. If there is one for each of the samples, these are drawn, and the object is asked
+//! again. So nothing is drawn but what hides an object, or a part of one, that would be seen without it.
 //!
-//! This is multi-pass culling (HOM §2.1.4) whose passes are as small as they can be: the first draws clusters that were left
-//! out to see whether they are needed.
+//! This is multi-pass culling (HOM §2.1.4) with passes as small as they can be.
 
 use super::Frame;
-use super::covers::{Covers, Sample};
+use super::covers::{Cover, Covers, Sample};
 use super::draw::Drawn;
 use super::rounds::{EVERYTHING, RoundMemory, draw_waiting};
 use super::waiting::{Waiting, WaitingCluster};
@@ -27,11 +26,10 @@ pub struct GapMemory {
     covers: Covers,
     /// Those that are not decided yet, the next one last.
     questions: Vec<Question>,
+    /// Those for which something is to be drawn.
     looked_at: Vec<LookedAt>,
-    /// Clusters to draw, and those that may cover each gap.
+    /// Places of clusters to draw.
     to_draw: Vec<usize>,
-    closers: Vec<usize>,
-    found: Vec<usize>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -40,15 +38,11 @@ struct Question {
     rect: SampleRect,
 }
 
-/// An object and a sample at which it shows.
+/// An object, and a sample at which it shows.
 #[derive(Clone, Copy, Debug)]
 struct LookedAt {
     question: Question,
     gap: Sample,
-    /// Where its closers begin.
-    first_closer: usize,
-    /// Whether all that may cover the gap is drawn.
-    is_last_try: bool,
 }
 
 /// Decides about `questions`, objects within rectangles that show themselves and are not known to be visible; `undecided` are
@@ -69,6 +63,7 @@ pub fn close_gaps(
         return;
     }
     memory.covers.begin(undecided);
+    drawn.statistics.objects_in_question += memory.questions.len() as u64;
     for _ in 0..MOST_PASSES {
         memory.look(frame, buffer, drawn);
         if memory.looked_at.is_empty() {
@@ -78,7 +73,9 @@ pub fn close_gaps(
             continue;
         }
         for &index in &memory.to_draw {
-            let cover = memory.covers.cluster(index);
+            let Some(cover) = memory.covers.cluster(index) else {
+                continue;
+            };
             let placed = waiting.place(frame, cover.id.object, true, buffer.screen());
             waiting.push(WaitingCluster {
                 placed,
@@ -90,9 +87,13 @@ pub fn close_gaps(
             });
             memory.covers.take(index);
         }
+        drawn.statistics.passes += 1;
         let first_drawn = drawn.occluders.len();
+        let (dl, dd, dq) = (memory.looked_at.len(), memory.to_draw.len(), memory.questions.len());
         let is_within_budget = draw_waiting(frame, waiting, EVERYTHING, buffer, rounds, drawn);
+        let closed = memory.looked_at.iter().filter(|l| buffer.is_nearer_at(l.gap.column, l.gap.row, l.gap.depth)).count();
         memory.judge(frame, buffer, first_drawn, drawn);
+        if std::env::var("GAPS").is_ok() { eprintln!("   looked {dl} draw {dd} waiting {dq} -> closed {closed} credited? {} drawn {} gain0 {} left {}", memory.to_draw.len(), drawn.occluders.len() - first_drawn, drawn.occluders[first_drawn..].iter().filter(|c| c.gain == 0).count(), memory.questions.len()); }
         if !is_within_budget {
             return;
         }
@@ -100,76 +101,54 @@ pub fn close_gaps(
 }
 
 impl GapMemory {
-    /// Finds a gap for each of some objects, and what to draw.
+    /// Finds out what is to be drawn to hide some objects.
     fn look(&mut self, frame: &Frame<'_>, buffer: &OcclusionBuffer, drawn: &Drawn<'_>) {
         self.looked_at.clear();
         self.to_draw.clear();
-        self.closers.clear();
         let from = self.questions.len().saturating_sub(LOOKED_AT_TOGETHER);
         for question in self.questions.split_off(from) {
-            let Some((gap, is_last_try)) = self.find_gap(frame, buffer, drawn, question) else {
+            let before = self.to_draw.len();
+            match self.find_closers(frame, buffer, drawn, question) {
+                Some(gap) => self.looked_at.push(LookedAt { question, gap }),
                 // It is visible.
-                continue;
-            };
-            self.looked_at.push(LookedAt {
-                question,
-                gap,
-                first_closer: self.closers.len(),
-                is_last_try,
-            });
-            self.closers.extend_from_slice(&self.found);
-            self.to_draw.extend_from_slice(&self.found);
+                None => self.to_draw.truncate(before),
+            }
         }
-        self.to_draw.sort_unstable();
-        self.to_draw.dedup();
     }
 
-    /// Finds a sample at which an object shows, and puts what may cover it into `found`. None if there is one that nothing may
-    /// cover. Whether that is all that may, or only what was left out.
-    fn find_gap(
+    /// Finds clusters that cover the samples at which an object shows; returns one of these. None if there is one that nothing
+    /// covers, or the object shows somewhere else.
+    fn find_closers(
         &mut self,
         frame: &Frame<'_>,
         buffer: &OcclusionBuffer,
         drawn: &Drawn<'_>,
         Question { object, rect }: Question,
-    ) -> Option<(Sample, bool)> {
+    ) -> Option<Sample> {
         let looks = buffer.looks_at(&frame.scene.bounds()[object as usize], rect);
-        let mut best: Option<Sample> = None;
-        let mut left = looks.seen;
-        let mut over = Vec::new();
-        self.found.clear();
-        while left != 0 {
-            let i = left.trailing_zeros() as usize;
-            left &= left - 1;
+        let mut gap = None;
+        for i in (0..8).filter(|i| looks.seen >> i & 1 == 1) {
             let sample = Sample {
                 column: looks.columns[i] as i32,
                 row: looks.rows[i] as i32,
                 depth: looks.depths[i] as f32,
             };
+            gap = Some(sample);
+            let covers = |&place: &usize| self.covers.covers(frame, place, sample);
+            if self.to_draw.iter().rev().any(covers) {
+                continue;
+            }
             let contributions = &*drawn.contributions;
-            self.covers.find(frame, buffer.screen(), contributions, sample, object, &mut over);
-            if over.is_empty() {
-                return None;
-            }
-            if best.is_none() || over.len() < self.found.len() {
-                best = Some(sample);
-                std::mem::swap(&mut self.found, &mut over);
-            }
+            let screen = buffer.screen();
+            let closer = self
+                .covers
+                .find(frame, screen, contributions, sample, object)?;
+            self.to_draw.push(closer);
         }
-        let best = best?;
-        let is_left_out = |index: &usize| {
-            drawn
-                .contributions
-                .is_left_out(self.covers.cluster(*index).id)
-        };
-        if self.found.iter().any(is_left_out) {
-            self.found.retain(is_left_out);
-            return Some((best, false));
-        }
-        Some((best, true))
+        gap
     }
 
-    /// Decides about the objects that were looked at, after what may cover their gaps is drawn, and remembers what closed them.
+    /// Decides about the objects that were looked at, after what covers them is drawn, and remembers what that was.
     fn judge(
         &mut self,
         frame: &Frame<'_>,
@@ -177,28 +156,14 @@ impl GapMemory {
         first_drawn: usize,
         drawn: &mut Drawn<'_>,
     ) {
-        let hides = |question: &Question| {
-            let footprint = Footprint::Within(question.rect);
-            buffer.hides(footprint)
-                || super::test::is_hidden(frame, buffer, question.object as usize, footprint)
-        };
-        self.to_draw.clear();
-        let ends = self.looked_at[1..].iter().map(|next| next.first_closer);
-        let ends = ends.chain([self.closers.len()]);
-        for (looked_at, end) in self.looked_at.iter().zip(ends) {
-            let &LookedAt {
-                question,
-                gap,
-                first_closer,
-                is_last_try,
-            } = looked_at;
-            let is_closed = buffer.is_nearer_at(gap.column, gap.row, gap.depth);
-            if is_closed {
-                self.to_draw.extend_from_slice(&self.closers[first_closer..end]);
-            }
-            if is_closed && hides(&question) {
-                drawn.hidden.set(question.object);
-            } else if is_closed || !is_last_try {
+        for &LookedAt { question, gap } in &self.looked_at {
+            let Question { object, rect } = question;
+            let footprint = Footprint::Within(rect);
+            let is_hidden = buffer.hides(footprint)
+                || super::test::is_hidden(frame, buffer, object as usize, footprint);
+            if is_hidden {
+                drawn.hidden.set(object);
+            } else if buffer.is_nearer_at(gap.column, gap.row, gap.depth) {
                 self.questions.push(question);
             }
         }
@@ -210,13 +175,15 @@ impl GapMemory {
             }
             !is_hidden
         });
-        self.to_draw.sort_unstable();
-        self.to_draw.dedup();
-        for &index in &self.to_draw {
-            let id = self.covers.cluster(index).id;
-            let new = drawn.occluders[first_drawn..].iter();
-            if let Some(cluster) = new.clone().find(|new| new.id == id && new.gain > 0) {
-                drawn.contributions.needed(id, cluster.triangles, cluster.gain);
+        for &place in &self.to_draw {
+            let Some(&Cover { id, .. }) = self.covers.cluster(place) else {
+                continue;
+            };
+            let mut new = drawn.occluders[first_drawn..].iter();
+            if let Some(cluster) = new.find(|new| new.id == id && new.gain > 0) {
+                drawn
+                    .contributions
+                    .needed(id, cluster.triangles, cluster.gain);
             }
         }
     }

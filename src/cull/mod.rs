@@ -412,6 +412,7 @@ impl Frame<'_> {
             settings.occluders == Selection::Contribution && settings.budget != Budget::All;
         if learns && !drawn.contributions.is_empty() {
             draw_remembered(self, buffer, &mut memory.draw, &mut drawn);
+            drawn.statistics.clusters_remembered = drawn.occluders.len() as u64;
             clock.lap(&mut times.raster);
             let undecided = &mut memory.undecided;
             not_hidden_so_far(self, buffer, &mut memory.traverse, undecided, drawn.statistics);

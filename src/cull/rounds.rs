@@ -5,8 +5,6 @@
 //! depends on rounds alone, which are the same for any number of threads. They are small: what is nearer hides clusters of
 //! the next, and blocks stay in the caches.
 
-use antumbra_simd::assemble as simd;
-
 use super::draw::Drawn;
 use super::waiting::{Placed, Waiting, WaitingCluster};
 use super::{Frame, grow, share_of};
@@ -181,13 +179,7 @@ impl Assembly {
         };
         self.assembler.assemble(
             frame.settings.level,
-            simd::Cluster {
-                x: geometry.x,
-                y: geometry.y,
-                z: geometry.z,
-                vertices: geometry.vertex_count,
-                quads: geometry.quads,
-            },
+            geometry.for_loops(),
             &placed.screen,
             cull,
             buffer.tiles(),

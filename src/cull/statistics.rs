@@ -11,6 +11,12 @@ pub struct Statistics {
     pub occluders_asked: u64,
     /// Triangles of the clusters that were drawn as occluders, before clipping and culling by facing.
     pub occluder_triangles: u64,
+    /// Clusters that were drawn because the last frame needed them.
+    pub clusters_remembered: u64,
+    /// Objects that showed themselves after that and were not seen before.
+    pub objects_in_question: u64,
+    /// Passes over these, each of which drew what might hide some of them.
+    pub passes: u64,
     /// Boxes of inner nodes that were tested.
     pub nodes_tested: u64,
     /// Boxes of inner nodes that were hidden, and ended their subtrees.

@@ -8,6 +8,7 @@
 //! Each cluster has vertices of its own: a few more are transformed than the mesh has, but a cluster is drawn without
 //! reading any other, and an index takes a byte.
 
+use antumbra_simd::assemble as simd;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -84,13 +85,24 @@ pub struct ClusterGeometry<'a> {
     pub quads: &'a [[u8; 4]],
 }
 
-impl ClusterGeometry<'_> {
+impl<'a> ClusterGeometry<'a> {
     /// The triangles, three indices each.
     pub fn triangles(&self) -> impl Iterator<Item = [u8; 3]> {
         self.quads.iter().flat_map(|&[a, b, c, d]| {
             let other = (c != d).then_some([a, c, d]);
             std::iter::once([a, b, c]).chain(other)
         })
+    }
+
+    /// The same for the hot loops.
+    pub(crate) fn for_loops(&self) -> simd::Cluster<'a> {
+        simd::Cluster {
+            x: self.x,
+            y: self.y,
+            z: self.z,
+            vertices: self.vertex_count,
+            quads: self.quads,
+        }
     }
 
     /// The corners of a triangle, local units.

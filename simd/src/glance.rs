@@ -110,6 +110,24 @@ impl Rays {
     }
 }
 
+/// Whether the ray through a sample may meet something in a box, along the axes, that is nearer than a depth. The rays begin at
+/// the eye, and the answer is not exact: the ray or the depth may miss by a few roundings.
+pub fn may_be_before(rays: &Rays, slabs: &Slabs, [column, row]: [i32; 2], depth: f64) -> bool {
+    let (column, row) = (f64::from(column), f64::from(row));
+    let at = |[first, across, down]: [f64; 3]| first + (across * column + down * row);
+    let (mut entry, mut exit) = (0.0, f64::INFINITY);
+    for axis in 0..3 {
+        // A ray along a face of the box passes through it nowhere, or from minus to plus infinity; NaN is neither.
+        let time = 1.0 / at(rays.direction.map(|v| v[axis]));
+        let (low, high) = (slabs.low[axis] * time, slabs.high[axis] * time);
+        let (first, last) = if low < high { (low, high) } else { (high, low) };
+        entry = greater(first, entry);
+        exit = lesser(last, exit);
+    }
+    let [d, w] = [&rays.depth, &rays.w].map(|[start, along]| at(*start) + at(*along) * entry);
+    entry <= exit && (entry == 0.0 || d >= depth * w)
+}
+
 /// The rays as a box's planes see them.
 struct Crossings<'a> {
     rays: &'a Rays,

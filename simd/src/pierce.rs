@@ -12,16 +12,31 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch};
 
 use crate::assemble::{Cluster, MOST_VERTICES};
-use crate::order::{greater, lesser};
 use crate::project::positions;
 use crate::triangle::CullMode;
 use crate::vertex::{ScreenTransform, transform};
 use crate::{Level, SUBPIXELS};
 
-/// Where the vertices lie from the sample.
-struct FromSample {
+/// As many as a byte can tell apart: an index needs no check.
+const INDICES: usize = 1 + u8::MAX as usize;
+
+/// Where a cluster's vertices lie from a sample: memory to work in.
+#[derive(Clone, Debug)]
+pub struct PierceMemory {
     a: [f64; MOST_VERTICES],
     b: [f64; MOST_VERTICES],
+    /// Bit 0 is set if `a` is negative, bit 1 if `b` is.
+    sides: [u8; INDICES],
+}
+
+impl Default for PierceMemory {
+    fn default() -> PierceMemory {
+        PierceMemory {
+            a: [0.0; MOST_VERTICES],
+            b: [0.0; MOST_VERTICES],
+            sides: [0; INDICES],
+        }
+    }
 }
 
 /// The depth of the nearest point where the ray through a sample meets a cluster between the near and the far plane; none if it
@@ -35,6 +50,7 @@ pub fn pierce(
     screen: &ScreenTransform,
     cull: CullMode,
     [column, row]: [i32; 2],
+    memory: &mut PierceMemory,
 ) -> Option<f64> {
     let place = |v: i32| f64::from(v * SUBPIXELS + SUBPIXELS / 2);
     let [x, y] = [place(column), place(row)];
@@ -43,22 +59,20 @@ pub fn pierce(
         std::array::from_fn(|i| of[i] - times * screen.w[i])
     };
     let rows = [less(&screen.x, x), less(&screen.y, y)];
-    let mut from = FromSample {
-        a: [0.0; MOST_VERTICES],
-        b: [0.0; MOST_VERTICES],
-    };
     match level.token() {
         None => {
             for i in 0..cluster.vertices {
                 let p = [cluster.x[i], cluster.y[i], cluster.z[i]].map(f64::from);
                 let at = |r: &[f64; 4]| ((p[0] * r[0] + p[1] * r[1]) + p[2] * r[2]) + r[3];
-                from.a[i] = at(&rows[0]);
-                from.b[i] = at(&rows[1]);
+                let [a, b] = [at(&rows[0]), at(&rows[1])];
+                memory.a[i] = a;
+                memory.b[i] = b;
+                memory.sides[i] = u8::from(a < 0.0) | u8::from(b < 0.0) << 1;
             }
         }
-        Some(token) => dispatch!(token, simd => find_places(simd, cluster, &rows, &mut from)),
+        Some(token) => dispatch!(token, simd => find_places(simd, cluster, &rows, memory)),
     }
-    meet(cluster, screen, cull, &from)
+    meet(cluster, screen, cull, memory)
 }
 
 #[inline(always)]
@@ -66,7 +80,7 @@ fn find_places<S: Simd>(
     simd: S,
     cluster: Cluster<'_>,
     rows: &[[f64; 4]; 2],
-    from: &mut FromSample,
+    memory: &mut PierceMemory,
 ) {
     let lanes = S::f64s::LEN;
     let [a, b] = rows;
@@ -75,10 +89,23 @@ fn find_places<S: Simd>(
             let at = first + half * lanes..first + (half + 1) * lanes;
             let a = x * a[0] + y * a[1] + z * a[2] + a[3];
             let b = x * b[0] + y * b[1] + z * b[2] + b[3];
-            a.store_slice(&mut from.a[at.clone()]);
-            b.store_slice(&mut from.b[at]);
+            a.store_slice(&mut memory.a[at.clone()]);
+            b.store_slice(&mut memory.b[at.clone()]);
+            let zero = S::f64s::splat(simd, 0.0);
+            let sides = spread(a.simd_lt(zero).to_bitmask())
+                | spread(b.simd_lt(zero).to_bitmask()) << 1;
+            memory.sides[at].copy_from_slice(&sides.to_le_bytes()[..lanes]);
         }
     }
+}
+
+/// Eight bits in the lowest bits of eight bytes.
+#[inline(always)]
+fn spread(bits: u64) -> u64 {
+    const LOWEST: u64 = 0x0101_0101_0101_0101;
+    // Bit `i` of byte `i`, and then whether a byte is not 0.
+    let apart = bits.wrapping_mul(LOWEST) & 0x8040_2010_0804_0201;
+    (apart + 0x7f * LOWEST) >> 7 & LOWEST
 }
 
 #[inline]
@@ -86,19 +113,17 @@ fn meet(
     cluster: Cluster<'_>,
     screen: &ScreenTransform,
     cull: CullMode,
-    from: &FromSample,
+    memory: &PierceMemory,
 ) -> Option<f64> {
     let mut nearest = None;
     for quad in cluster.quads {
-        let corners = quad.map(usize::from);
-        let [a, b] = [&from.a, &from.b].map(|of| corners.map(|i| of[i]));
-        let is_beside = |v: [f64; 4]| {
-            lesser(lesser(v[0], v[1]), lesser(v[2], v[3])) > 0.0
-                || greater(greater(v[0], v[1]), greater(v[2], v[3])) < 0.0
-        };
-        if is_beside(a) || is_beside(b) {
+        let [a, b, c, d] = quad.map(|i| memory.sides[usize::from(i)]);
+        // All corners on one side of the ray.
+        if a & b & c & d != 0 || a | b | c | d != 3 {
             continue;
         }
+        let corners = quad.map(usize::from);
+        let [a, b] = [&memory.a, &memory.b].map(|of| corners.map(|i| of[i]));
         for [i, j, k] in [[0, 1, 2], [0, 2, 3]] {
             let edge = |i: usize, j: usize| a[i] * b[j] - a[j] * b[i];
             let weights = [edge(j, k), edge(k, i), edge(i, j)];

@@ -5,7 +5,7 @@ mod chance;
 use antumbra_simd::Level;
 use antumbra_simd::assemble::{Cluster, VERTEX_PADDING};
 use antumbra_simd::coverage::coverage_of_tile;
-use antumbra_simd::pierce::pierce;
+use antumbra_simd::pierce::{PierceMemory, pierce};
 use antumbra_simd::triangle::{CullMode, Triangle};
 use antumbra_simd::vertex::{ScreenTransform, transform};
 use chance::Chance;
@@ -36,6 +36,7 @@ fn drawn_at(cluster: Cluster<'_>, t: &ScreenTransform, cull: CullMode, [x, y]: [
 #[test]
 fn a_ray_meets_what_is_drawn() {
     let mut chance = Chance(5);
+    let mut memory = PierceMemory::default();
     let (mut alike, mut different, mut met) = (0, 0, 0);
     for round in 0..300 {
         let reach = [0.3, 1.0, 4.0][round % 3];
@@ -71,9 +72,9 @@ fn a_ray_meets_what_is_drawn() {
         };
         for _ in 0..20 {
             let sample = [0, 1].map(|_| chance.whole(0, SIZE - 1));
-            let depth = pierce(Level::Scalar, cluster, &screen, cull, sample);
+            let depth = pierce(Level::Scalar, cluster, &screen, cull, sample, &mut memory);
             for &level in Level::available() {
-                assert_eq!(pierce(level, cluster, &screen, cull, sample), depth, "{level}");
+                assert_eq!(pierce(level, cluster, &screen, cull, sample, &mut memory), depth, "{level}");
             }
             met += usize::from(depth.is_some());
             let is_alike = match (depth, drawn_at(cluster, &screen, cull, sample)) {
@@ -116,7 +117,10 @@ fn a_ray_meets_what_reaches_behind_the_eye() {
         near_depth: 1.0,
         far_depth: f64::NEG_INFINITY,
     };
-    let at = |cull, row| pierce(Level::Scalar, cluster, &screen, cull, [32, row]);
+    let at = |cull, row| {
+        let mut memory = PierceMemory::default();
+        pierce(Level::Scalar, cluster, &screen, cull, [32, row], &mut memory)
+    };
     // Half a picture below the middle it is two units ahead.
     let depth = at(CullMode::None, 63).expect("the floor");
     assert!((depth - 0.1 / (64.0 / 31.5)).abs() < 1e-3, "{depth}");

@@ -7,9 +7,12 @@ use std::cmp::Reverse;
 use std::ops::Range;
 
 use antumbra_simd::covering::{BLOCK, RectangleBlock, covering};
-use antumbra_simd::pierce::pierce;
+use antumbra_simd::glance::{Rays, Slabs, may_be_before};
+use antumbra_simd::pierce::{PierceMemory, pierce};
 use antumbra_simd::triangle::CullMode;
 use antumbra_simd::vertex::ScreenTransform;
+
+use glam::{DAffine3, DVec3};
 
 use super::Frame;
 use super::waiting::facing;
@@ -18,6 +21,7 @@ use crate::occluders::{ClusterId, Contributions};
 use crate::occlusion::{Footprint, SampleRect, Screen};
 use crate::prepare::Cluster;
 use crate::scene::is_mirroring;
+use crate::view::Projection;
 
 /// A sample, and a depth there.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,6 +47,8 @@ pub struct Cover {
     pub footprint: Footprint,
 }
 
+/// X
+pub static N: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
 impl Cover {
     /// The larger, the more it may cover for what it costs to draw.
     fn worth(&self) -> u64 {
@@ -72,6 +78,7 @@ pub struct Covers {
     /// Objects and clusters whose rectangles hold a sample.
     objects_over: Vec<usize>,
     clusters_over: Vec<usize>,
+    pierce: PierceMemory,
 }
 
 /// What is known of an object.
@@ -83,6 +90,8 @@ struct Expanded {
     screen: ScreenTransform,
     /// What its single-sided surfaces leave out.
     single_sided: CullMode,
+    /// The eye in local coordinates, and rays from there; none where rays begin elsewhere.
+    eye: Option<(DVec3, Rays)>,
 }
 
 /// Footprints in places, structure of arrays.
@@ -163,6 +172,32 @@ fn may_cover(footprint: Footprint, sample: Sample) -> bool {
     }
 }
 
+/// The eye in an object's local coordinates, and the rays from there in these coordinates.
+fn rays_from_eye(
+    screen: &Screen,
+    place: &DAffine3,
+    from_local: &ScreenTransform,
+) -> Option<(DVec3, Rays)> {
+    let camera = screen.camera();
+    if !matches!(camera.projection(), Projection::Perspective { .. }) {
+        return None;
+    }
+    let eye = place.inverse().transform_point3(camera.eye());
+    let from_eye = |row: [f64; 4]| [row[0], row[1], row[2], 0.0];
+    let rays = Rays::new(&ScreenTransform {
+        x: from_eye(from_local.x),
+        y: from_eye(from_local.y),
+        w: from_eye(from_local.w),
+        depth: {
+            let [x, y, z, constant] = from_local.depth;
+            let at_eye = (x * eye.x + y * eye.y) + z * eye.z;
+            [x, y, z, at_eye + constant]
+        },
+        ..*from_local
+    });
+    Some((eye, rays))
+}
+
 impl Covers {
     /// Forgets all, and begins with some objects within these footprints.
     pub fn begin(&mut self, objects: &[(u32, Footprint)]) {
@@ -214,17 +249,15 @@ impl Covers {
         }
         let worth = |&place: &usize| self.cluster(place).map_or(0, Cover::worth);
         clusters.sort_unstable_by_key(|place| (Reverse(worth(place)), *place));
-        let found = clusters
-            .iter()
-            .copied()
-            .find(|&place| self.covers(frame, place, sample));
+        let mut places = clusters.iter().copied();
+        let found = places.find(|&place| self.covers(frame, place, sample));
         self.objects_over = objects;
         self.clusters_over = clusters;
         found
     }
 
     /// Whether what is to be drawn of a cluster covers a sample.
-    pub fn covers(&self, frame: &Frame<'_>, place: usize, sample: Sample) -> bool {
+    pub fn covers(&mut self, frame: &Frame<'_>, place: usize, sample: Sample) -> bool {
         let Some(&Cover {
             id,
             object,
@@ -249,8 +282,23 @@ impl Covers {
         };
         let at = [sample.column, sample.row];
         let level = frame.settings.level;
-        let depth = pierce(level, mesh.geometry(cluster).for_loops(), &expanded.screen, cull, at);
-        depth.is_some_and(|depth| depth > f64::from(sample.depth))
+        let is_nearer = |depth: f64| depth > f64::from(sample.depth);
+        // Most rays that pass through the rectangle miss the box, or enter it behind what is to be hidden.
+        if let Some((eye, rays)) = &expanded.eye {
+            let bounds = mesh.clusters()[cluster].bounds();
+            let slabs = Slabs {
+                normals: None,
+                low: (bounds.min - eye).to_array(),
+                high: (bounds.max - eye).to_array(),
+            };
+            if !may_be_before(rays, &slabs, at, f64::from(sample.depth)) {
+                return false;
+            }
+        }
+        N.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        let geometry = mesh.geometry(cluster).for_loops();
+        let screen = &expanded.screen;
+        pierce(level, geometry, screen, cull, at, &mut self.pierce).is_some_and(is_nearer)
     }
 
     /// Takes the cluster at a place away, which is drawn.
@@ -286,6 +334,7 @@ impl Covers {
             } else {
                 CullMode::Back
             },
+            eye: rays_from_eye(screen, place, &from_local),
         });
     }
 

@@ -134,8 +134,11 @@ impl GapMemory {
                 depth: looks.depths[i] as f32,
             };
             gap = Some(sample);
-            let covers = |&place: &usize| self.covers.covers(frame, place, sample);
-            if self.to_draw.iter().rev().any(covers) {
+            let GapMemory {
+                covers, to_draw, ..
+            } = self;
+            let mut chosen = to_draw.iter().rev();
+            if chosen.any(|&place| covers.covers(frame, place, sample)) {
                 continue;
             }
             let contributions = &*drawn.contributions;

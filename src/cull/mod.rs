@@ -9,7 +9,7 @@
 //! it, since nothing is strictly nearer there.
 
 mod ask;
-mod covers;
+pub mod covers;
 mod draw;
 mod gaps;
 mod marks;

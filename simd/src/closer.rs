@@ -160,6 +160,84 @@ fn is_box_hidden_vector<S: Simd>(
     is_outline_hidden_vector(simd, tiles, &outline, &faces)
 }
 
+/// First and last columns and rows of some samples of a tile, not none.
+fn extent_of(samples: u64) -> [[i32; 2]; 2] {
+    let columns = (0..TILE_SIZE).fold(0, |all, row| all | samples >> (row * TILE_SIZE) & 0xff);
+    let ends = |bits: u64| {
+        let last = u64::BITS - 1 - bits.leading_zeros();
+        [bits.trailing_zeros() as i32, last as i32]
+    };
+    [ends(columns), ends(samples).map(|bit| bit / TILE_SIZE)]
+}
+
+/// An open sample is looked for in so many tiles at most.
+const MOST_TILES: usize = 1024;
+
+/// A sample inside a box's outline for whose sake the box is not hidden, and a depth than which the box is nowhere nearer there:
+/// what covers that sample, and is nearer, may hide the box. None if the box is hidden, or too large to be looked through. (In
+/// plain form: whether a box is hidden is asked before, and much quicker.)
+pub fn open_sample(
+    view: &BoxView,
+    tiles: LayeredTiles<'_>,
+    b: &CornerBox,
+    rectangle: Rectangle,
+) -> Option<([i32; 2], f32)> {
+    let (on_screen, extent) = OnScreen::new(view, b)?;
+    let rectangle = on_screen.within(&extent, rectangle)?;
+    let (outline, faces) = (on_screen.outline(rectangle), on_screen.faces(rectangle));
+    let nearest = faces.nearest();
+    let mut left = MOST_TILES;
+    for tile_y in outline.y[0] / TILE_SIZE..=outline.y[1] / TILE_SIZE {
+        let row = tile_y as usize * tiles.across;
+        let [first, last] = outline.x.map(|x| (x / TILE_SIZE) as usize);
+        let may_be_open = |tile_x: &usize| {
+            let tile = row + tile_x;
+            let [upper, lower] = tiles.far[tile];
+            tiles.coverage[tile] != u64::MAX || upper <= nearest || lower <= nearest
+        };
+        if !(first..=last).any(|tile_x| may_be_open(&tile_x)) {
+            continue;
+        }
+        let strip = outline.strip(tile_y);
+        for tile_x in strip.tiles().filter(may_be_open) {
+            let mask = strip.mask(tile_x);
+            let tile = row + tile_x;
+            let uncovered = mask & !tiles.coverage[tile];
+            let sample = |bit: u32| {
+                let [x, y] = [bit as i32 % TILE_SIZE, bit as i32 / TILE_SIZE];
+                [tile_x as i32 * TILE_SIZE + x, tile_y * TILE_SIZE + y]
+            };
+            if uncovered != 0 {
+                let [x, y] = sample(uncovered.trailing_zeros());
+                return Some(([x, y], faces.nearest_over([x, x], [y, y])));
+            }
+            let near = tiles.near_samples[tile];
+            for (part, part_mask) in PART_MASKS.into_iter().enumerate() {
+                let layers = [
+                    (mask & part_mask & !near, tiles.far[tile][part]),
+                    (mask & part_mask & near, tiles.near[tile][part]),
+                ];
+                for (samples, depth) in layers.into_iter().filter(|&(samples, _)| samples != 0) {
+                    let [columns, rows] = extent_of(samples);
+                    let [x, y] = sample(0);
+                    let nearest = faces.nearest_over(
+                        columns.map(|column| x + column),
+                        rows.map(|row| y + row),
+                    );
+                    if nearest >= depth {
+                        return Some((sample(samples.trailing_zeros()), nearest));
+                    }
+                }
+            }
+            left -= 1;
+            if left == 0 {
+                return None;
+            }
+        }
+    }
+    None
+}
+
 /// Strips are asked in rounds, each this far from the last.
 const STRIDE: i32 = 4;
 

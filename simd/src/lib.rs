@@ -21,6 +21,7 @@
 //! | [`pyramid`] | averages four cells of an occlusion map into one |
 //! | [`boxes`] | projects boxes to rectangles of samples, eight at once |
 //! | [`query`] | asks whether a rectangle lies behind what tiles show |
+//! | [`blocks`] | what blocks of tiles hide as a whole, for the sake of large rectangles |
 //! | [`glance`] | looks at a box through one sample |
 //! | [`pierce`] | what the ray through a sample meets of a cluster |
 //! | [`covering`] | which of many rectangles hold a sample and may hide what is there |
@@ -31,6 +32,7 @@
 //! | [`closer`] | asks both of these of a box, whole parts first (`part_bounds`) |
 
 pub mod assemble;
+pub mod blocks;
 pub mod bounds;
 pub mod boxes;
 pub mod closer;

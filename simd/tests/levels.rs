@@ -4,6 +4,7 @@
 mod chance;
 
 use antumbra_simd::assemble::{AssembleMemory, Cluster, Drawing, VERTEX_PADDING, assemble};
+use antumbra_simd::blocks::{find_blocks, is_behind_blocks};
 use antumbra_simd::boxes::{BOXES, BoxBlock, BoxView, RectBlock, project_boxes};
 use antumbra_simd::closer::LayeredTiles;
 use antumbra_simd::coverage::{PART_MASKS, coverage_of_tile};
@@ -234,6 +235,46 @@ fn fill_gives_the_same_bits_on_every_level() {
         gained += plain.gains.iter().sum::<u32>();
     }
     assert!(gained > 100_000, "{gained}");
+}
+
+#[test]
+fn blocks_of_tiles_hide_what_their_tiles_hide() {
+    let mut chance = Chance(6);
+    let mut hidden = [0; 2];
+    for round in 0..400 {
+        let mut picture = any_picture(&mut chance);
+        let triangles: Vec<Triangle> = (0..[3, 300][round % 2])
+            .filter_map(|_| any_triangle(&mut chance, &picture))
+            .collect();
+        picture.fill(Level::Scalar, &packed(&triangles));
+        if round % 4 == 0 {
+            picture.coverage.fill(u64::MAX);
+        }
+        let mut plain = Vec::new();
+        find_blocks(Level::Scalar, picture.tiles(), &mut plain);
+        for level in vector_levels() {
+            let mut depths = Vec::new();
+            find_blocks(level, picture.tiles(), &mut depths);
+            assert_eq!(depths, plain, "{level}");
+        }
+        for _ in 0..50 {
+            let mut range = |size: i32| {
+                let first = chance.whole(0, size - 1);
+                [first, chance.whole(first, size - 1)]
+            };
+            let rectangle = Rectangle {
+                x: range(picture.width),
+                y: range(picture.height),
+                nearest: chance.real(-0.2, 0.3) as f32,
+            };
+            let tiles = is_behind_all(Level::Scalar, picture.tiles(), rectangle);
+            let blocks = is_behind_blocks(&plain, picture.across, rectangle);
+            assert!(tiles || !blocks, "{rectangle:?}");
+            hidden[0] += u32::from(tiles);
+            hidden[1] += u32::from(blocks);
+        }
+    }
+    assert!(hidden[0] > hidden[1] && hidden[1] > 100, "{hidden:?}");
 }
 
 /// Four vertices, three of them all the same now and then, or the last two.

@@ -15,12 +15,11 @@ use antumbra_simd::vertex::ScreenTransform;
 use glam::{DAffine3, DVec3};
 
 use super::Frame;
-use super::waiting::facing;
 use crate::cull::Level;
-use crate::occluders::{ClusterId, Contributions};
+use crate::occluders::{ClusterId, DrawnCluster};
 use crate::occlusion::{Footprint, SampleRect, Screen};
 use crate::prepare::Cluster;
-use crate::scene::is_mirroring;
+use crate::scene::{Aabb, is_mirroring};
 use crate::view::Projection;
 
 /// A sample, and a depth there.
@@ -47,8 +46,6 @@ pub struct Cover {
     pub footprint: Footprint,
 }
 
-/// X
-pub static N: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
 impl Cover {
     /// The larger, the more it may cover for what it costs to draw.
     fn worth(&self) -> u64 {
@@ -68,6 +65,10 @@ impl Cover {
 #[derive(Debug, Default)]
 pub struct Covers {
     objects: Vec<u32>,
+    /// The clusters that were drawn to begin with, in the order of their ids.
+    drawn: Vec<ClusterId>,
+    /// Where each may be drawn.
+    within: Vec<Footprint>,
     of_objects: Rectangles,
     /// What is known of each object, once it is.
     expanded: Vec<Option<Expanded>>,
@@ -90,7 +91,7 @@ struct Expanded {
     screen: ScreenTransform,
     /// What its single-sided surfaces leave out.
     single_sided: CullMode,
-    /// The eye in local coordinates, and rays from there; none where rays begin elsewhere.
+    /// The eye in local coordinates, and rays from there; none where rays begin elsewhere, or there is only one cluster.
     eye: Option<(DVec3, Rays)>,
 }
 
@@ -172,16 +173,32 @@ fn may_cover(footprint: Footprint, sample: Sample) -> bool {
     }
 }
 
+fn is_perspective(screen: &Screen) -> bool {
+    matches!(
+        screen.camera().projection(),
+        Projection::Perspective { .. }
+    )
+}
+
+/// Whether the ray through a sample may meet something in a box that hides what is asked about; in the coordinates of the box,
+/// its eye and its rays.
+fn may_be_in(rays: &Rays, eye: DVec3, bounds: &Aabb, sample: Sample) -> bool {
+    let slabs = Slabs {
+        normals: None,
+        low: (bounds.min - eye).to_array(),
+        high: (bounds.max - eye).to_array(),
+    };
+    let at = [sample.column, sample.row];
+    may_be_before(rays, &slabs, at, f64::from(sample.depth))
+}
+
 /// The eye in an object's local coordinates, and the rays from there in these coordinates.
 fn rays_from_eye(
     screen: &Screen,
     place: &DAffine3,
     from_local: &ScreenTransform,
-) -> Option<(DVec3, Rays)> {
+) -> (DVec3, Rays) {
     let camera = screen.camera();
-    if !matches!(camera.projection(), Projection::Perspective { .. }) {
-        return None;
-    }
     let eye = place.inverse().transform_point3(camera.eye());
     let from_eye = |row: [f64; 4]| [row[0], row[1], row[2], 0.0];
     let rays = Rays::new(&ScreenTransform {
@@ -195,22 +212,27 @@ fn rays_from_eye(
         },
         ..*from_local
     });
-    Some((eye, rays))
+    (eye, rays)
 }
 
 impl Covers {
-    /// Forgets all, and begins with some objects within these footprints.
-    pub fn begin(&mut self, objects: &[(u32, Footprint)]) {
+    /// Forgets all, and begins with some objects within these footprints, and the clusters that are drawn already.
+    pub fn begin(&mut self, objects: &[(u32, Footprint)], drawn: &[DrawnCluster]) {
         self.objects.clear();
+        self.within.clear();
         self.of_objects.clear();
         self.expanded.clear();
         self.clusters.clear();
         self.of_clusters.clear();
         for &(object, footprint) in objects {
             self.objects.push(object);
+            self.within.push(footprint);
             self.of_objects.push(footprint);
         }
         self.expanded.resize(objects.len(), None);
+        self.drawn.clear();
+        self.drawn.extend(drawn.iter().map(|cluster| cluster.id));
+        self.drawn.sort_unstable();
     }
 
     /// The cluster at a place.
@@ -224,7 +246,6 @@ impl Covers {
         &mut self,
         frame: &Frame<'_>,
         screen: &Screen,
-        contributions: &Contributions,
         sample: Sample,
         of: u32,
     ) -> Option<usize> {
@@ -235,12 +256,19 @@ impl Covers {
         clusters.clear();
         let all = 0..self.objects.len();
         self.of_objects.over(level, all, sample, &mut objects);
+        let eye = screen.camera().eye();
+        let is_perspective = is_perspective(screen);
         for &object in &objects {
-            if self.objects[object] == of {
+            let number = self.objects[object];
+            // Most rays that pass through the rectangle miss the box, or enter it behind what is to be hidden.
+            let may_cover = number != of
+                && (!is_perspective
+                    || may_be_in(screen.rays(), eye, &frame.scene.bounds()[number as usize], sample));
+            if !may_cover {
                 continue;
             }
             if self.expanded[object].is_none() {
-                self.expand(frame, screen, contributions, object);
+                self.expand(frame, screen, object);
             }
             if let Some(expanded) = &self.expanded[object] {
                 let range = expanded.clusters.clone();
@@ -280,25 +308,16 @@ impl Covers {
         } else {
             expanded.single_sided
         };
-        let at = [sample.column, sample.row];
-        let level = frame.settings.level;
-        let is_nearer = |depth: f64| depth > f64::from(sample.depth);
-        // Most rays that pass through the rectangle miss the box, or enter it behind what is to be hidden.
-        if let Some((eye, rays)) = &expanded.eye {
-            let bounds = mesh.clusters()[cluster].bounds();
-            let slabs = Slabs {
-                normals: None,
-                low: (bounds.min - eye).to_array(),
-                high: (bounds.max - eye).to_array(),
-            };
-            if !may_be_before(rays, &slabs, at, f64::from(sample.depth)) {
-                return false;
-            }
+        if let Some((eye, rays)) = &expanded.eye
+            && !may_be_in(rays, *eye, &mesh.clusters()[cluster].bounds(), sample)
+        {
+            return false;
         }
-        N.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        let at = [sample.column, sample.row];
         let geometry = mesh.geometry(cluster).for_loops();
-        let screen = &expanded.screen;
-        pierce(level, geometry, screen, cull, at, &mut self.pierce).is_some_and(is_nearer)
+        let (level, screen) = (frame.settings.level, &expanded.screen);
+        let depth = pierce(level, geometry, screen, cull, at, &mut self.pierce);
+        depth.is_some_and(|depth| depth > f64::from(sample.depth))
     }
 
     /// Takes the cluster at a place away, which is drawn.
@@ -310,17 +329,17 @@ impl Covers {
         &mut self,
         frame: &Frame<'_>,
         screen: &Screen,
-        contributions: &Contributions,
         object: usize,
     ) {
         let place = &frame.scene.objects()[self.objects[object] as usize].world_from_local;
         let from_local = screen.screen_from_local(place);
         let first = self.clusters.len();
-        self.find_clusters(frame, screen, contributions, object, &from_local);
+        self.find_clusters(frame, screen, object, &from_local);
         for cluster in self.clusters[first..].iter().flatten() {
             self.of_clusters.push(cluster.footprint);
         }
         let clusters = first..self.clusters.len();
+        let are_several = clusters.len() > 1;
         if clusters.is_empty() {
             self.of_objects.remove(object);
         }
@@ -334,7 +353,8 @@ impl Covers {
             } else {
                 CullMode::Back
             },
-            eye: rays_from_eye(screen, place, &from_local),
+            eye: (are_several && is_perspective(screen))
+                .then(|| rays_from_eye(screen, place, &from_local)),
         });
     }
 
@@ -342,7 +362,6 @@ impl Covers {
         &mut self,
         frame: &Frame<'_>,
         screen: &Screen,
-        contributions: &Contributions,
         index: usize,
         from_local: &ScreenTransform,
     ) {
@@ -358,28 +377,30 @@ impl Covers {
         {
             return;
         }
-        let place = &object.world_from_local;
-        let mut done = contributions.done_of(number).peekable();
-        for (group, clusters) in mesh.clusters().chunks(u64::BITS as usize).enumerate() {
-            let facing = facing(clusters, screen.camera(), place);
-            self.footprints.clear();
+        let clusters = mesh.clusters();
+        self.footprints.clear();
+        if clusters.len() == 1 {
+            self.footprints.push(self.within[index]);
+        } else {
             let boxes = clusters.iter().map(Cluster::bounds);
             let level = frame.settings.level;
             screen.footprints_of_local_boxes(level, from_local, bounds, boxes, &mut self.footprints);
-            for (i, (cluster, &footprint)) in clusters.iter().zip(&self.footprints).enumerate() {
-                let number_of_cluster = (group * u64::BITS as usize + i) as u32;
-                let is_done = done.next_if_eq(&number_of_cluster).is_some();
-                if facing >> i & 1 == 1 && footprint != Footprint::Nowhere && !is_done {
-                    self.clusters.push(Some(Cover {
-                        id: ClusterId {
-                            object: number,
-                            cluster: number_of_cluster,
-                        },
-                        object: index,
-                        triangles: u32::from(cluster.triangle_count),
-                        footprint,
-                    }));
-                }
+        }
+        let first = self.drawn.partition_point(|id| id.object < number);
+        let mut drawn = self.drawn[first..].iter().peekable();
+        for (place, (cluster, &footprint)) in (0..).zip(clusters.iter().zip(&self.footprints)) {
+            let id = ClusterId {
+                object: number,
+                cluster: place,
+            };
+            let is_drawn = drawn.next_if_eq(&&id).is_some();
+            if footprint != Footprint::Nowhere && !is_drawn {
+                self.clusters.push(Some(Cover {
+                    id,
+                    object: index,
+                    triangles: u32::from(cluster.triangle_count),
+                    footprint,
+                }));
             }
         }
     }

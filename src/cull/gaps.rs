@@ -11,6 +11,7 @@ use super::Frame;
 use super::covers::{Cover, Covers, Sample};
 use super::draw::Drawn;
 use super::rounds::{EVERYTHING, RoundMemory, draw_waiting};
+use super::test::{are_clusters_hidden, is_hidden};
 use super::waiting::{Waiting, WaitingCluster};
 use crate::occlusion::{Footprint, OcclusionBuffer, SampleRect};
 
@@ -26,8 +27,11 @@ pub struct GapMemory {
     covers: Covers,
     /// Those that are not decided yet, the next one last.
     questions: Vec<Question>,
+    /// Those that are looked at next.
+    to_look_at: Vec<Question>,
     /// Those for which something is to be drawn.
-    looked_at: Vec<LookedAt>,
+    looked_at: Vec<Question>,
+    footprints: Vec<Footprint>,
     /// Places of clusters to draw.
     to_draw: Vec<usize>,
 }
@@ -36,13 +40,6 @@ pub struct GapMemory {
 struct Question {
     object: u32,
     rect: SampleRect,
-}
-
-/// An object, and a sample at which it shows.
-#[derive(Clone, Copy, Debug)]
-struct LookedAt {
-    question: Question,
-    gap: Sample,
 }
 
 /// Decides about `questions`, objects within rectangles that show themselves and are not known to be visible; `undecided` are
@@ -62,7 +59,7 @@ pub fn close_gaps(
     if memory.questions.is_empty() {
         return;
     }
-    memory.covers.begin(undecided);
+    memory.covers.begin(undecided, drawn.occluders);
     drawn.statistics.objects_in_question += memory.questions.len() as u64;
     for _ in 0..MOST_PASSES {
         memory.look(frame, buffer, drawn);
@@ -89,51 +86,75 @@ pub fn close_gaps(
         }
         drawn.statistics.passes += 1;
         let first_drawn = drawn.occluders.len();
-        let (dl, dd, dq) = (memory.looked_at.len(), memory.to_draw.len(), memory.questions.len());
         let is_within_budget = draw_waiting(frame, waiting, EVERYTHING, buffer, rounds, drawn);
-        let closed = memory.looked_at.iter().filter(|l| buffer.is_nearer_at(l.gap.column, l.gap.row, l.gap.depth)).count();
         memory.judge(frame, buffer, first_drawn, drawn);
-        if std::env::var("GAPS").is_ok() { eprintln!("   looked {dl} draw {dd} waiting {dq} -> closed {closed} credited? {} drawn {} gain0 {} left {}", memory.to_draw.len(), drawn.occluders.len() - first_drawn, drawn.occluders[first_drawn..].iter().filter(|c| c.gain == 0).count(), memory.questions.len()); }
         if !is_within_budget {
             return;
         }
     }
 }
 
+/// What is found of an object.
+enum Found {
+    /// It is hidden already.
+    IsHidden,
+    /// Nothing covers one of the samples at which it shows.
+    Nothing,
+    /// Something covers each of them.
+    Closers,
+}
+
 impl GapMemory {
     /// Finds out what is to be drawn to hide some objects.
-    fn look(&mut self, frame: &Frame<'_>, buffer: &OcclusionBuffer, drawn: &Drawn<'_>) {
+    fn look(&mut self, frame: &Frame<'_>, buffer: &OcclusionBuffer, drawn: &mut Drawn<'_>) {
         self.looked_at.clear();
         self.to_draw.clear();
         let from = self.questions.len().saturating_sub(LOOKED_AT_TOGETHER);
-        for question in self.questions.split_off(from) {
+        self.to_look_at.clear();
+        self.to_look_at.extend(self.questions.drain(from..));
+        for i in 0..self.to_look_at.len() {
+            let question = self.to_look_at[i];
             let before = self.to_draw.len();
-            match self.find_closers(frame, buffer, drawn, question) {
-                Some(gap) => self.looked_at.push(LookedAt { question, gap }),
-                // It is visible.
-                None => self.to_draw.truncate(before),
+            match self.find_closers(frame, buffer, question) {
+                Found::Closers => self.looked_at.push(question),
+                Found::Nothing => {
+                    self.to_draw.truncate(before);
+                    // It is visible, unless what there is of it within its box is not.
+                    if are_clusters_hidden(frame, buffer, question.object, &mut self.footprints) {
+                        drawn.hidden.set(question.object);
+                    }
+                }
+                Found::IsHidden => drawn.hidden.set(question.object),
             }
         }
     }
 
-    /// Finds clusters that cover the samples at which an object shows; returns one of these. None if there is one that nothing
-    /// covers, or the object shows somewhere else.
+    /// Finds clusters that cover the samples at which an object shows.
     fn find_closers(
         &mut self,
         frame: &Frame<'_>,
         buffer: &OcclusionBuffer,
-        drawn: &Drawn<'_>,
         Question { object, rect }: Question,
-    ) -> Option<Sample> {
-        let looks = buffer.looks_at(&frame.scene.bounds()[object as usize], rect);
-        let mut gap = None;
-        for i in (0..8).filter(|i| looks.seen >> i & 1 == 1) {
-            let sample = Sample {
-                column: looks.columns[i] as i32,
-                row: looks.rows[i] as i32,
-                depth: looks.depths[i] as f32,
-            };
-            gap = Some(sample);
+    ) -> Found {
+        let bounds = &frame.scene.bounds()[object as usize];
+        let looks = buffer.looks_at(bounds, rect);
+        let seen = (0..8).filter(|i| looks.seen >> i & 1 == 1);
+        let seen = seen.map(|i| {
+            let sample = [looks.columns[i] as i32, looks.rows[i] as i32];
+            (sample, looks.depths[i] as f32)
+        });
+        let hardly_seen = if looks.seen == 0 {
+            if is_hidden(frame, buffer, object as usize, Footprint::Within(rect)) {
+                return Found::IsHidden;
+            }
+            buffer.open_sample(bounds, rect)
+        } else {
+            None
+        };
+        let mut found = Found::Nothing;
+        for ([column, row], depth) in seen.chain(hardly_seen) {
+            let sample = Sample { column, row, depth };
+            found = Found::Closers;
             let GapMemory {
                 covers, to_draw, ..
             } = self;
@@ -141,14 +162,12 @@ impl GapMemory {
             if chosen.any(|&place| covers.covers(frame, place, sample)) {
                 continue;
             }
-            let contributions = &*drawn.contributions;
-            let screen = buffer.screen();
-            let closer = self
-                .covers
-                .find(frame, screen, contributions, sample, object)?;
-            self.to_draw.push(closer);
+            match covers.find(frame, buffer.screen(), sample, object) {
+                Some(closer) => to_draw.push(closer),
+                None => return Found::Nothing,
+            }
         }
-        gap
+        found
     }
 
     /// Decides about the objects that were looked at, after what covers them is drawn, and remembers what that was.
@@ -159,14 +178,15 @@ impl GapMemory {
         first_drawn: usize,
         drawn: &mut Drawn<'_>,
     ) {
-        for &LookedAt { question, gap } in &self.looked_at {
+        for question in self.looked_at.drain(..) {
             let Question { object, rect } = question;
             let footprint = Footprint::Within(rect);
             let is_hidden = buffer.hides(footprint)
-                || super::test::is_hidden(frame, buffer, object as usize, footprint);
+                || is_hidden(frame, buffer, object as usize, footprint);
             if is_hidden {
                 drawn.hidden.set(object);
-            } else if buffer.is_nearer_at(gap.column, gap.row, gap.depth) {
+            } else {
+                // There may be something else that covers its samples.
                 self.questions.push(question);
             }
         }

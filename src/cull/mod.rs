@@ -9,13 +9,14 @@
 //! it, since nothing is strictly nearer there.
 
 mod ask;
-pub mod covers;
+mod covers;
 mod draw;
 mod gaps;
 mod marks;
 mod occluders;
 mod recall;
 mod rounds;
+mod seen;
 mod statistics;
 mod test;
 mod traverse;
@@ -26,7 +27,9 @@ use std::time::{Duration, Instant};
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
-use crate::occluders::{Budget, Contributions, DrawnCluster, Selection, distance_keys};
+use crate::occluders::{
+    Budget, Contributions, DrawnCluster, Selection, distance_keys, keep_promising,
+};
 use crate::occlusion::{Accuracy, Footprint, OcclusionBuffer};
 use crate::scene::Scene;
 use crate::tasks::{Record, Stage, Tasks, Work, stay_awake};
@@ -35,7 +38,8 @@ use crate::view::{Camera, Containment, Frustum, PictureSize, Planes};
 use draw::{DrawMemory, Drawn, draw_occluders, draw_remembered, draw_what_closes_gaps};
 use marks::Marks;
 use occluders::Occluders;
-use test::{TestMemory, not_hidden};
+use seen::Seen;
+use test::{Kept, LookMemory, TestMemory, look_closely, not_hidden};
 use traverse::{FrustumMemory, Subtrees, TraverseMemory, not_hidden_so_far};
 
 pub use antumbra_simd::{Level, LevelUnavailable};
@@ -113,15 +117,6 @@ pub struct Remembered {
     seen: Seen,
 }
 
-/// In which frames objects were visible.
-#[derive(Clone, Debug, Default)]
-struct Seen {
-    /// For each object, the last frame in which it was visible.
-    frame_of: Vec<u32>,
-    /// The number of this frame, from 2 on.
-    frame: u32,
-}
-
 /// What a frame is made of, but for what it changes.
 #[derive(Clone, Copy, Debug)]
 struct Frame<'a> {
@@ -141,6 +136,8 @@ struct Memory {
     in_frustum: Vec<u32>,
     /// The objects that are not known to be hidden.
     undecided: Vec<(u32, Footprint)>,
+    kept: Vec<Kept>,
+    look: LookMemory,
     /// The keys of the occluders in the frustum, as tasks found them.
     candidates: Vec<Vec<u64>>,
     test: TestMemory,
@@ -268,30 +265,7 @@ impl Culler {
 impl Remembered {
     fn clear(&mut self) {
         self.contributions.clear();
-        self.seen = Seen::default();
-    }
-
-    /// Begins a frame of so many objects.
-    fn begin_frame(&mut self, objects: usize) {
-        let Seen { frame_of, frame } = &mut self.seen;
-        *frame = frame.wrapping_add(1).max(2);
-        frame_of.resize(objects, 0);
-    }
-
-    fn end_frame(&mut self, visible: &[u32]) {
-        let Seen { frame_of, frame } = &mut self.seen;
-        for &object in visible {
-            frame_of[object as usize] = *frame;
-        }
-        self.contributions.end_frame();
-    }
-}
-
-impl Seen {
-    /// Whether it is to be found out if an object is visible: that it was in the last frame is good enough, but not for ever.
-    fn is_new(&self, object: u32) -> bool {
-        self.frame_of[object as usize] != self.frame - 1
-            || self.frame.wrapping_add(object).is_multiple_of(TURN)
+        self.seen.clear();
     }
 }
 
@@ -328,8 +302,8 @@ impl State {
     }
 }
 
-/// Every so manieth frame asks again whether an object is visible that stays so.
-const TURN: u32 = 8;
+/// Of so many objects, a frame that remembers nothing draws what is promising, before it closes gaps.
+const FIRST_OCCLUDERS: usize = 64;
 
 /// Each thread has so many tasks of finding keys,
 const KEY_TASKS_PER_THREAD: usize = 4;
@@ -391,7 +365,7 @@ impl Frame<'_> {
         *times = StageTimes::default();
         occluders.clear();
         let objects = scene.objects().len();
-        remembered.begin_frame(objects);
+        remembered.seen.begin_frame(scene);
         memory.hidden.clear(objects);
         buffer.set_accuracy(settings.accuracy);
         buffer.set_level(settings.level);
@@ -410,23 +384,39 @@ impl Frame<'_> {
         // Where everything is drawn there is nothing to choose.
         let learns =
             settings.occluders == Selection::Contribution && settings.budget != Budget::All;
-        if learns && !drawn.contributions.is_empty() {
-            draw_remembered(self, buffer, &mut memory.draw, &mut drawn);
-            drawn.statistics.clusters_remembered = drawn.occluders.len() as u64;
+        if learns {
+            if drawn.contributions.is_empty() {
+                let frustum = Frustum::new(camera, settings.size);
+                let in_frustum = &mut memory.in_frustum;
+                traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum);
+                let candidates = self.candidates(camera, in_frustum, &mut memory.candidates);
+                keep_promising(scene, camera.eye(), candidates, FIRST_OCCLUDERS, |object| {
+                    self.occluders.triangles_of(object)
+                });
+                clock.lap(&mut times.select);
+                draw_occluders(self, candidates, buffer, &mut memory.draw, &mut drawn);
+                for cluster in drawn.occluders.iter().filter(|cluster| cluster.gain > 0) {
+                    let &DrawnCluster { id, triangles, gain } = cluster;
+                    drawn.contributions.needed(id, triangles, gain);
+                }
+            } else {
+                draw_remembered(self, buffer, &mut memory.draw, &mut drawn);
+                drawn.statistics.clusters_remembered = drawn.occluders.len() as u64;
+            }
             clock.lap(&mut times.raster);
             let undecided = &mut memory.undecided;
-            not_hidden_so_far(self, buffer, &mut memory.traverse, undecided, drawn.statistics);
+            tasks.alone(Work::Look, || buffer.find_blocks());
+            let traverse = &mut memory.traverse;
+            not_hidden_so_far(self, seen, buffer, traverse, undecided, drawn.statistics);
             undecided.sort_unstable_by_key(|(object, _)| *object);
-            let objects = undecided.iter().map(|(object, _)| object);
-            not_hidden(self, objects, buffer, &mut memory.test, visible);
+            let kept = &mut memory.kept;
+            look_closely(self, seen, undecided, buffer, &mut memory.look, kept);
             clock.lap(&mut times.test);
-            let mut kept = visible.iter().copied().peekable();
-            let questions = undecided.iter().filter_map(|&(object, footprint)| {
-                kept.next_if_eq(&object)?;
-                match footprint {
-                    Footprint::Within(rect) if seen.is_new(object) => Some((object, rect)),
-                    _ => None,
+            let questions = kept.iter().filter_map(|kept| match kept.footprint {
+                Footprint::Within(rect) if !seen.is_trusted(kept.object) => {
+                    Some((kept.object, rect))
                 }
+                _ => None,
             });
             draw_what_closes_gaps(
                 self,
@@ -436,10 +426,14 @@ impl Frame<'_> {
                 &mut memory.draw,
                 &mut drawn,
             );
-            visible.retain(|&object| !drawn.hidden.has(object));
+            kept.retain(|kept| !drawn.hidden.has(kept.object));
+            visible.clear();
+            visible.extend(kept.iter().map(|kept| kept.object));
             clock.lap(&mut times.raster);
             tasks.alone(Work::Finish, || buffer.finish());
             clock.lap(&mut times.pyramid);
+            statistics.objects_tested = seen.count_in_question(undecided);
+            seen.note(&self.subtrees, undecided, kept);
             self.put_back_never_culled(camera, visible);
         } else {
             let frustum = Frustum::new(camera, settings.size);
@@ -456,16 +450,10 @@ impl Frame<'_> {
             };
             let undecided = in_frustum.iter().filter(undecided);
             not_hidden(self, undecided, buffer, &mut memory.test, visible);
-            if learns {
-                for cluster in drawn.occluders.iter().filter(|cluster| cluster.gain > 0) {
-                    let &DrawnCluster { id, triangles, gain } = cluster;
-                    drawn.contributions.needed(id, triangles, gain);
-                }
-            }
+            drawn.statistics.objects_tested = memory.test.tested() as u64;
         }
-        statistics.objects_tested = memory.test.tested() as u64;
         statistics.objects_visible = visible.len() as u64;
-        remembered.end_frame(visible);
+        remembered.contributions.end_frame();
         clock.lap(&mut times.test);
     }
 

@@ -1,7 +1,11 @@
 //! The objects that all occluders together do not hide.
 
+use antumbra_simd::boxes::BOXES;
+
+use super::seen::Seen;
 use super::{Frame, grow, share_of};
 use crate::occlusion::{Footprint, OcclusionBuffer};
+use crate::prepare::Cluster;
 use crate::tasks::Work;
 
 /// A task asks so many objects.
@@ -75,6 +79,82 @@ impl Test {
     }
 }
 
+/// An object is looked at in so many samples.
+const LOOKS: u32 = 8;
+
+/// An object that is not hidden.
+#[derive(Clone, Copy, Debug)]
+pub struct Kept {
+    /// Which.
+    pub object: u32,
+    /// Where it may be drawn.
+    pub footprint: Footprint,
+    /// At how many of the samples where it is looked at it shows; as many as there are if it is not looked at.
+    pub seen: u32,
+}
+
+/// Keeps those of some objects that the buffer does not hide, in their order; their footprints alone do not hide them.
+pub fn look_closely(
+    frame: &Frame<'_>,
+    known: &Seen,
+    objects: &[(u32, Footprint)],
+    buffer: &OcclusionBuffer,
+    memory: &mut LookMemory,
+    kept: &mut Vec<Kept>,
+) {
+    let share = match frame.tasks.threads() {
+        1 => objects.len().max(1),
+        _ => OBJECTS_PER_TASK,
+    };
+    let count = objects.len().div_ceil(share);
+    grow(memory, count);
+    let looks = &mut memory[..count];
+    frame.tasks.each(Work::Test, looks, |task, kept| {
+        kept.clear();
+        let objects = share_of(objects, share, task).iter();
+        kept.extend(objects.filter_map(|&(object, footprint)| {
+            let seen = if known.is_trusted(object) {
+                LOOKS
+            } else {
+                seen_of(frame, buffer, object as usize, footprint)?
+            };
+            Some(Kept {
+                object,
+                footprint,
+                seen,
+            })
+        }));
+    });
+    kept.clear();
+    for of_task in looks {
+        kept.extend_from_slice(of_task);
+    }
+}
+
+/// Memory that is kept from frame to frame, task by task.
+pub type LookMemory = Vec<Vec<Kept>>;
+
+/// At how many samples an object shows; none if it is hidden.
+fn seen_of(
+    frame: &Frame<'_>,
+    buffer: &OcclusionBuffer,
+    object: usize,
+    footprint: Footprint,
+) -> Option<u32> {
+    let Footprint::Within(rect) = footprint else {
+        return Some(LOOKS);
+    };
+    let bounds = &frame.scene.bounds()[object];
+    let seen = buffer.looks_at(bounds, rect).seen.count_ones();
+    if seen == 0 && buffer.hides_aabb_closely(bounds, footprint) {
+        return None;
+    }
+    let own = frame.scene.own_box(object);
+    let is_hidden =
+        own.is_some_and(|own| buffer.hides_own_box(&own.shape, own.growth, footprint));
+    (!is_hidden).then_some(seen)
+}
+
 /// Whether an object is hidden that its world box's footprint alone does not hide: by that box, or by its own.
 pub fn is_hidden(
     frame: &Frame<'_>,
@@ -87,4 +167,32 @@ pub fn is_hidden(
         || scene
             .own_box(object)
             .is_some_and(|own| buffer.hides_own_box(&own.shape, own.growth, footprint))
+}
+
+/// Whether an object is nothing but several clusters all of which are hidden by their boxes' rectangles.
+pub fn are_clusters_hidden(
+    frame: &Frame<'_>,
+    buffer: &OcclusionBuffer,
+    object: u32,
+    footprints: &mut Vec<Footprint>,
+) -> bool {
+    let scene = frame.scene;
+    let placed = &scene.objects()[object as usize];
+    let Some(mesh) = frame.occluders.mesh_of(placed) else {
+        return false;
+    };
+    let clusters = mesh.clusters();
+    if clusters.len() == 1 || !frame.occluders.is_all_of(object) {
+        return false;
+    }
+    let screen = buffer.screen();
+    let from_local = screen.screen_from_local(&placed.world_from_local);
+    let bounds = &scene.bounds()[object as usize];
+    clusters.chunks(BOXES).all(|clusters| {
+        footprints.clear();
+        let boxes = clusters.iter().map(Cluster::bounds);
+        let level = frame.settings.level;
+        screen.footprints_of_local_boxes(level, &from_local, bounds, boxes, footprints);
+        footprints.iter().all(|&footprint| buffer.hides(footprint))
+    })
 }

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::marks::Marks;
+use super::seen::Seen;
 use super::{Frame, Statistics, grow};
 use crate::occlusion::{Footprint, OcclusionBuffer};
 use crate::scene::{BvhNode, Scene};
@@ -133,7 +134,13 @@ impl Walk {
 
 /// The objects below each node of a scene's hierarchy: they are consecutive.
 #[derive(Debug)]
-pub struct Subtrees(Vec<Range<u32>>);
+pub struct Subtrees {
+    objects: Vec<Range<u32>>,
+    /// The parent of each node; of the root, itself.
+    parents: Vec<u32>,
+    /// The leaf that holds each object.
+    leaves: Vec<u32>,
+}
 
 impl Subtrees {
     /// Those of a scene.
@@ -149,15 +156,42 @@ impl Subtrees {
             }
             first.first..last.first + last.count
         };
-        Subtrees(nodes.iter().map(range).collect())
+        let mut parents = vec![0; nodes.len()];
+        let mut leaves = vec![0; scene.objects().len()];
+        for (index, node) in (0..).zip(nodes) {
+            if node.is_leaf() {
+                for &object in objects_of(scene, node) {
+                    leaves[object as usize] = index;
+                }
+            } else {
+                for child in [node.first, node.first + 1] {
+                    parents[child as usize] = index;
+                }
+            }
+        }
+        Subtrees {
+            objects: nodes.iter().map(range).collect(),
+            parents,
+            leaves,
+        }
+    }
+
+    /// The node above a node; of the root, itself.
+    pub fn parent_of(&self, node: u32) -> u32 {
+        self.parents[node as usize]
+    }
+
+    /// The leaf that holds an object.
+    pub fn leaf_of(&self, object: u32) -> u32 {
+        self.leaves[object as usize]
     }
 
     fn len(&self, node: u32) -> usize {
-        self.0[node as usize].len()
+        self.objects[node as usize].len()
     }
 
     fn objects<'a>(&self, scene: &'a Scene, node: u32) -> &'a [u32] {
-        let Range { start, end } = self.0[node as usize];
+        let Range { start, end } = self.objects[node as usize];
         &scene.bvh().objects[start as usize..end as usize]
     }
 }
@@ -184,12 +218,12 @@ pub struct TraverseMemory {
 /// What a task asks, and its answers.
 #[derive(Debug, Default)]
 struct Look {
-    /// Whether objects are asked as well, where their nodes are not.
-    asks_objects: bool,
-    /// The nodes to ask next.
+    /// The nodes to visit next.
     level: Vec<u32>,
     /// And those after them.
     below: Vec<u32>,
+    /// The nodes to ask.
+    asked: Vec<u32>,
     footprints: Vec<Footprint>,
     tested: u64,
     hidden: Vec<u32>,
@@ -207,7 +241,7 @@ pub fn hide_subtrees(
     hidden: &mut Marks,
     statistics: &mut Statistics,
 ) {
-    for look in look(frame, buffer, memory, false) {
+    for look in look(frame, None, buffer, memory) {
         statistics.nodes_tested += look.tested;
         statistics.nodes_hidden += look.hidden.len() as u64;
         for &node in &look.hidden {
@@ -222,39 +256,37 @@ pub fn hide_subtrees(
 /// no order.
 pub fn not_hidden_so_far(
     frame: &Frame<'_>,
+    seen: &Seen,
     buffer: &OcclusionBuffer,
     memory: &mut TraverseMemory,
     undecided: &mut Vec<(u32, Footprint)>,
     statistics: &mut Statistics,
 ) {
     undecided.clear();
-    for look in look(frame, buffer, memory, true) {
+    for look in look(frame, Some(seen), buffer, memory) {
         statistics.nodes_tested += look.tested;
         statistics.nodes_hidden += look.hidden.len() as u64;
         undecided.extend_from_slice(&look.undecided);
     }
 }
 
-/// Walks down the hierarchy as far as nodes are not hidden.
+/// Walks down the hierarchy as far as nodes are not hidden; to objects, if it is known what the last frame has seen.
 fn look<'m>(
     frame: &Frame<'_>,
+    seen: Option<&Seen>,
     buffer: &OcclusionBuffer,
     memory: &'m mut TraverseMemory,
-    asks_objects: bool,
 ) -> &'m [Look] {
     let scene = frame.scene;
     let looks = &mut memory.looks;
     let frustum = Frustum::new(buffer.screen().camera(), frame.settings.size);
     grow(looks, 1);
-    looks[0].begin(
-        (!scene.bvh().nodes.is_empty()).then_some(0),
-        asks_objects,
-    );
+    looks[0].begin((!scene.bvh().nodes.is_empty()).then_some(0));
     let threads = frame.tasks.threads();
     let mut count = 1;
     if threads > 1 {
         frame.tasks.alone(Work::Look, || {
-            looks[0].until(frame, &frustum, buffer, NODES_PER_THREAD * threads);
+            looks[0].until(frame, seen, &frustum, buffer, NODES_PER_THREAD * threads);
         });
         count = (LOOKS_PER_THREAD * threads).min(looks[0].level.len().max(1));
         grow(looks, count);
@@ -263,20 +295,21 @@ fn look<'m>(
         let share = nodes.len().div_ceil(count);
         for look in &mut others[..count - 1] {
             let from = nodes.len().saturating_sub(share);
-            look.begin(nodes.drain(from..), asks_objects);
+            look.begin(nodes.drain(from..));
         }
     }
     let looks = &mut looks[..count];
     frame.tasks.each(Work::Look, looks, |_, look| {
-        look.until(frame, &frustum, buffer, usize::MAX);
-        look.ask_objects(frame, &frustum, buffer);
+        look.until(frame, seen, &frustum, buffer, usize::MAX);
+        if let Some(seen) = seen {
+            look.ask_objects(frame, seen, &frustum, buffer);
+        }
     });
     looks
 }
 
 impl Look {
-    fn begin(&mut self, nodes: impl IntoIterator<Item = u32>, asks_objects: bool) {
-        self.asks_objects = asks_objects;
+    fn begin(&mut self, nodes: impl IntoIterator<Item = u32>) {
         self.objects.clear();
         self.undecided.clear();
         self.level.clear();
@@ -289,61 +322,81 @@ impl Look {
     fn until(
         &mut self,
         frame: &Frame<'_>,
+        seen: Option<&Seen>,
         frustum: &Frustum,
         buffer: &OcclusionBuffer,
         nodes: usize,
     ) {
         while !self.level.is_empty() && self.level.len() < nodes {
-            self.ask_level(frame, frustum, buffer);
+            self.ask_level(frame, seen, frustum, buffer);
             std::mem::swap(&mut self.level, &mut self.below);
         }
     }
 
-    fn ask_level(&mut self, frame: &Frame<'_>, frustum: &Frustum, buffer: &OcclusionBuffer) {
+    fn ask_level(
+        &mut self,
+        frame: &Frame<'_>,
+        seen: Option<&Seen>,
+        frustum: &Frustum,
+        buffer: &OcclusionBuffer,
+    ) {
         let scene = frame.scene;
-        let asks_objects = self.asks_objects;
-        let node = |&node: &u32| &scene.bvh().nodes[node as usize];
-        let Look {
-            level: nodes,
-            below,
-            footprints,
-            tested,
-            hidden,
-            objects,
-            ..
-        } = self;
-        footprints.clear();
-        let boxes = nodes.iter().map(|index| node(index).bounds());
+        let node = |node: u32| &scene.bvh().nodes[node as usize];
+        self.below.clear();
+        self.asked.clear();
+        for i in 0..self.level.len() {
+            let index = self.level[i];
+            if seen.is_some_and(|seen| seen.was_open(index)) {
+                self.go_below(frame, seen, index);
+            } else {
+                self.asked.push(index);
+            }
+        }
+        self.footprints.clear();
+        let boxes = self.asked.iter().map(|&index| node(index).bounds());
         let level = frame.settings.level;
         buffer
             .screen()
-            .footprints_of_aabbs(level, boxes, footprints);
-        below.clear();
-        for (index, &footprint) in nodes.iter().zip(&*footprints) {
-            let node = node(index);
+            .footprints_of_aabbs(level, boxes, &mut self.footprints);
+        for i in 0..self.asked.len() {
+            let (index, footprint) = (self.asked[i], self.footprints[i]);
             // What is nowhere on the screen is nobody's question. Of what reaches the near plane the frustum has to say so.
             let is_outside = match footprint {
                 Footprint::Nowhere => true,
                 Footprint::Within(_) => false,
                 Footprint::Unbounded => {
-                    frustum.contains(&node.bounds(), Planes::ALL) == Containment::Outside
+                    frustum.contains(&node(index).bounds(), Planes::ALL) == Containment::Outside
                 }
             };
             if is_outside {
                 continue;
             }
-            *tested += 1;
+            self.tested += 1;
             if buffer.hides(footprint) {
-                hidden.push(*index);
-            } else if node.count == 0 && frame.subtrees.len(*index) >= FEWEST_OBJECTS {
-                below.extend([node.first, node.first + 1]);
-            } else if asks_objects {
-                objects.extend_from_slice(frame.subtrees.objects(scene, *index));
+                self.hidden.push(index);
+            } else {
+                self.go_below(frame, seen, index);
             }
         }
     }
 
-    fn ask_objects(&mut self, frame: &Frame<'_>, frustum: &Frustum, buffer: &OcclusionBuffer) {
+    fn go_below(&mut self, frame: &Frame<'_>, seen: Option<&Seen>, index: u32) {
+        let node = &frame.scene.bvh().nodes[index as usize];
+        if node.count == 0 && frame.subtrees.len(index) >= FEWEST_OBJECTS {
+            self.below.extend([node.first, node.first + 1]);
+        } else if seen.is_some() {
+            let objects = frame.subtrees.objects(frame.scene, index);
+            self.objects.extend_from_slice(objects);
+        }
+    }
+
+    fn ask_objects(
+        &mut self,
+        frame: &Frame<'_>,
+        seen: &Seen,
+        frustum: &Frustum,
+        buffer: &OcclusionBuffer,
+    ) {
         let scene = frame.scene;
         let bounds = |&object: &u32| &scene.bounds()[object as usize];
         self.footprints.clear();
@@ -354,7 +407,8 @@ impl Look {
         );
         let asked = self.objects.iter().zip(&self.footprints);
         let undecided = asked.filter(|&(object, &footprint)| {
-            !buffer.hides(footprint)
+            footprint != Footprint::Nowhere
+                && (seen.is_trusted(*object) || !buffer.hides(footprint))
                 && frustum.contains(bounds(object), Planes::ALL) != Containment::Outside
         });
         self.undecided.extend(undecided.map(|(&object, &footprint)| (object, footprint)));

@@ -27,9 +27,9 @@ const FIRST_HOLD: u8 = 2;
 /// and for some more, up to this, so that not all that were drawn first in the same frame are left out in the same one.
 const STAGGER: u32 = 8;
 /// When it has turned out to be needed, it is not left out for so many frames,
-const NEEDED_HOLD: u8 = 16;
+const NEEDED_HOLD: u8 = 64;
 /// and each time again for twice as many, up to this.
-const LONGEST_HOLD: u8 = 128;
+const LONGEST_HOLD: u8 = 250;
 
 /// Values are kept in so many parts of a sample, so that halving does not lose them at once.
 const PARTS_OF_SAMPLE: u32 = 16;
@@ -126,24 +126,6 @@ impl Contributions {
             chosen.truncate(count);
             chosen.sort_unstable();
         }
-    }
-
-    /// Whether a cluster is remembered, but left out of this frame.
-    pub fn is_left_out(&self, id: ClusterId) -> bool {
-        let place = self.known.binary_search_by_key(&id, |known| known.id);
-        place.is_ok_and(|place| self.known[place].fate == Fate::LeftOut)
-    }
-
-    /// The clusters of an object that this frame has drawn from memory, or found hidden: their numbers, in order.
-    pub fn done_of(&self, object: u32) -> impl Iterator<Item = u32> {
-        let first = self
-            .known
-            .partition_point(|known| known.id.object < object);
-        self.known[first..]
-            .iter()
-            .take_while(move |known| known.id.object == object)
-            .filter(|known| known.fate != Fate::LeftOut)
-            .map(|known| known.id.cluster)
     }
 
     /// Notes that the cluster at a place was drawn, and how many samples it took over.

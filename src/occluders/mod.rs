@@ -4,9 +4,11 @@ use std::fmt;
 
 mod contribution;
 mod nearest;
+mod promise;
 
 pub use contribution::{ClusterId, Contributions};
 pub use nearest::{distance_keys, object_of, sort_nearest};
+pub use promise::keep_promising;
 
 /// How many triangles may be drawn as occluders in a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use antumbra_simd::closer::is_box_hidden;
+use antumbra_simd::closer::{is_box_hidden, open_sample};
 use antumbra_simd::glance::{Looks, Slabs, is_seen, looks};
 use antumbra_simd::projected::CornerBox;
 use antumbra_simd::query::Rectangle;
@@ -175,6 +175,11 @@ impl OcclusionBuffer {
         self.finished = false;
     }
 
+    /// Prepares for many questions about large shapes before anything else is drawn.
+    pub(crate) fn find_blocks(&mut self) {
+        self.tiles.find_blocks();
+    }
+
     /// Whether a shape is hidden, by its rectangle and its nearest depth alone, from the tiles as they are. "No" may
     /// become "yes".
     pub(crate) fn hides(&self, footprint: Footprint) -> bool {
@@ -299,20 +304,11 @@ impl OcclusionBuffer {
         )
     }
 
-    /// Whether a world box is hidden that shows itself at none of the samples where it is looked at.
-    pub(crate) fn hides_unseen(&self, bounds: &Aabb, rect: SampleRect) -> bool {
-        is_box_hidden(
-            self.tiles.level(),
-            self.screen.view(),
-            self.tiles.layered(),
-            &self.screen.corners_of_aabb(bounds),
-            rectangle(&rect),
-        )
-    }
-
-    /// Whether what a sample shows is nearer than a depth.
-    pub(crate) fn is_nearer_at(&self, column: i32, row: i32, depth: f32) -> bool {
-        self.tiles.layered().is_nearer(column, row, depth)
+    /// A sample at which a world box shows itself, whose rectangle this is, and its depth there. See [`open_sample`].
+    pub(crate) fn open_sample(&self, bounds: &Aabb, rect: SampleRect) -> Option<([i32; 2], f32)> {
+        let corners = self.screen.corners_of_aabb(bounds);
+        let tiles = self.tiles.layered();
+        open_sample(self.screen.view(), tiles, &corners, rectangle(&rect))
     }
 
     /// Whether a ball is hidden.

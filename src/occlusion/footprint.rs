@@ -294,7 +294,7 @@ impl Screen {
     }
 
     /// The rays of the samples, relative to the eye.
-    pub(super) fn rays(&self) -> &Rays {
+    pub(crate) fn rays(&self) -> &Rays {
         &self.rays
     }
 

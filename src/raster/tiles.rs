@@ -6,6 +6,7 @@ use crate::tasks::{Tasks, Work};
 use crate::view::PictureSize;
 use antumbra_simd::Level;
 use antumbra_simd::PARTS_PER_TILE;
+use antumbra_simd::blocks::{find_blocks, is_behind_blocks};
 use antumbra_simd::closer::LayeredTiles;
 use antumbra_simd::coverage::{PART_MASKS, rectangle_mask};
 use antumbra_simd::fill::{TileRows, fill};
@@ -13,6 +14,9 @@ use antumbra_simd::query::{Rectangle, Tiles, is_behind_all};
 use antumbra_simd::spans::SpanPolygon;
 use antumbra_simd::tile::UNCOVERED;
 use antumbra_simd::triangle::Triangle;
+
+/// A rectangle is asked by blocks of tiles first if it reaches over so many samples, across and down.
+const LARGE: i32 = 64;
 
 /// Coverage masks and no-background depths of all tiles, row by row.
 #[derive(Clone, Debug)]
@@ -26,6 +30,8 @@ pub struct TileBuffer {
     bands: Bands,
     /// What the owners of blocks gain in each band.
     gains: Vec<u32>,
+    /// What blocks of tiles hide as a whole; empty if that is not known of the tiles as they are.
+    blocks: Vec<f32>,
 }
 
 /// Equal if everything that means something is: not the depths of layers without samples, nor the instruction set.
@@ -60,6 +66,7 @@ impl TileBuffer {
             level: Level::best(),
             bands: Bands::default(),
             gains: Vec::new(),
+            blocks: Vec::new(),
         }
     }
 
@@ -141,9 +148,21 @@ impl TileBuffer {
         self.fill_blocks(std::iter::once(&list), &mut [], Tasks::shared(threads));
     }
 
+    /// Finds out what blocks of tiles hide as a whole: until something is drawn, questions about large rectangles are quicker.
+    pub(crate) fn find_blocks(&mut self) {
+        let mut blocks = std::mem::take(&mut self.blocks);
+        find_blocks(self.level, self.tiles(), &mut blocks);
+        self.blocks = blocks;
+    }
+
     /// Whether a rectangle of samples is hidden.
     pub(crate) fn hides(&self, rectangle: Rectangle) -> bool {
-        is_behind_all(self.level, self.tiles(), rectangle)
+        let Rectangle { x, y, .. } = rectangle;
+        let is_large = (x[1] - x[0]).min(y[1] - y[0]) >= LARGE;
+        is_large
+            && !self.blocks.is_empty()
+            && is_behind_blocks(&self.blocks, self.size.tiles_across(), rectangle)
+            || is_behind_all(self.level, self.tiles(), rectangle)
     }
 
     /// What closer questions read.
@@ -196,6 +215,7 @@ impl TileBuffer {
 
     /// Does something with all tiles, band after band.
     fn each_band(&mut self, tasks: Tasks<'_>, work: Work, of_band: impl Fn(TileRows<'_>) + Sync) {
+        self.blocks.clear();
         let bands = &self.bands;
         let all = TileRows {
             coverage: &mut self.coverage,

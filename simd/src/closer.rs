@@ -220,10 +220,8 @@ pub fn open_sample(
                 for (samples, depth) in layers.into_iter().filter(|&(samples, _)| samples != 0) {
                     let [columns, rows] = extent_of(samples);
                     let [x, y] = sample(0);
-                    let nearest = faces.nearest_over(
-                        columns.map(|column| x + column),
-                        rows.map(|row| y + row),
-                    );
+                    let nearest = faces
+                        .nearest_over(columns.map(|column| x + column), rows.map(|row| y + row));
                     if nearest >= depth {
                         return Some((sample(samples.trailing_zeros()), nearest));
                     }

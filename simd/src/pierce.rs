@@ -92,8 +92,8 @@ fn find_places<S: Simd>(
             a.store_slice(&mut memory.a[at.clone()]);
             b.store_slice(&mut memory.b[at.clone()]);
             let zero = S::f64s::splat(simd, 0.0);
-            let sides = spread(a.simd_lt(zero).to_bitmask())
-                | spread(b.simd_lt(zero).to_bitmask()) << 1;
+            let sides =
+                spread(a.simd_lt(zero).to_bitmask()) | spread(b.simd_lt(zero).to_bitmask()) << 1;
             memory.sides[at].copy_from_slice(&sides.to_le_bytes()[..lanes]);
         }
     }

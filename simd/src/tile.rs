@@ -39,13 +39,7 @@ pub struct TileMut<'a> {
 /// Merges the samples `mask` of a polygon, all in tile (`tile_x`, `tile_y`), into the tile. Returns how many samples it
 /// took over.
 #[inline]
-pub fn merge(
-    tile: TileMut<'_>,
-    mask: u64,
-    polygon: &SpanPolygon,
-    tile_x: i32,
-    tile_y: i32,
-) -> u32 {
+pub fn merge(tile: TileMut<'_>, mask: u64, polygon: &SpanPolygon, tile_x: i32, tile_y: i32) -> u32 {
     let mut gain = 0;
     for (part, part_mask) in PART_MASKS.into_iter().enumerate() {
         let samples = mask & part_mask;
@@ -155,10 +149,7 @@ mod tests {
         let one = merged([EMPTY, EMPTY], layer(0b11, far));
         assert_eq!(one, [layer(0b11, far), EMPTY]);
         // A nearer surface in front of all of it moves the part nearer; in front of half of it, it does not.
-        assert_eq!(
-            merged(one, layer(0b11, near)),
-            [layer(0b11, near), EMPTY]
-        );
+        assert_eq!(merged(one, layer(0b11, near)), [layer(0b11, near), EMPTY]);
         let half = merged(one, layer(0b01, near));
         assert_eq!(half, [layer(0b10, far), layer(0b01, near)]);
         // Until the other half follows.
@@ -178,10 +169,7 @@ mod tests {
     #[test]
     fn of_three_layers_the_two_closest_become_one_at_the_farther_depth() {
         // Distances 10, 2 and 1.
-        let two = merged(
-            merged([EMPTY, EMPTY], layer(0b1, 0.1)),
-            layer(0b10, 0.5),
-        );
+        let two = merged(merged([EMPTY, EMPTY], layer(0b1, 0.1)), layer(0b10, 0.5));
         assert_eq!(
             merged(two, layer(0b100, 1.0)),
             [layer(0b1, 0.1), layer(0b110, 0.5)]

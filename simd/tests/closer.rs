@@ -3,8 +3,8 @@
 use antumbra_simd::Level;
 use antumbra_simd::boxes::BoxView;
 use antumbra_simd::closer::{LayeredTiles, is_box_hidden, is_outline_hidden};
-use antumbra_simd::faces::{FacePlane, Faces};
 use antumbra_simd::covering::{BLOCK, RectangleBlock, covering};
+use antumbra_simd::faces::{FacePlane, Faces};
 use antumbra_simd::glance::{Rays, Slabs, is_seen, looks};
 use antumbra_simd::outline::{Outline, OutlineEdge};
 use antumbra_simd::projected::CornerBox;

@@ -13,7 +13,12 @@ use chance::Chance;
 const SIZE: i32 = 64;
 
 /// The nearest depth that is drawn at a sample, as triangles on the grid have it.
-fn drawn_at(cluster: Cluster<'_>, t: &ScreenTransform, cull: CullMode, [x, y]: [i32; 2]) -> Option<f64> {
+fn drawn_at(
+    cluster: Cluster<'_>,
+    t: &ScreenTransform,
+    cull: CullMode,
+    [x, y]: [i32; 2],
+) -> Option<f64> {
     let vertex = |i: u8| {
         let i = usize::from(i);
         transform(t, [cluster.x[i], cluster.y[i], cluster.z[i]])
@@ -30,7 +35,9 @@ fn drawn_at(cluster: Cluster<'_>, t: &ScreenTransform, cull: CullMode, [x, y]: [
         let mask = coverage_of_tile(&triangle, x / 8, y / 8);
         (mask >> (y % 8 * 8 + x % 8) & 1 == 1).then(|| f64::from(triangle.depth.at(x, y)))
     });
-    depths.fold(None, |most, depth| Some(most.map_or(depth, |m: f64| m.max(depth))))
+    depths.fold(None, |most, depth| {
+        Some(most.map_or(depth, |m: f64| m.max(depth)))
+    })
 }
 
 #[test]
@@ -74,7 +81,11 @@ fn a_ray_meets_what_is_drawn() {
             let sample = [0, 1].map(|_| chance.whole(0, SIZE - 1));
             let depth = pierce(Level::Scalar, cluster, &screen, cull, sample, &mut memory);
             for &level in Level::available() {
-                assert_eq!(pierce(level, cluster, &screen, cull, sample, &mut memory), depth, "{level}");
+                assert_eq!(
+                    pierce(level, cluster, &screen, cull, sample, &mut memory),
+                    depth,
+                    "{level}"
+                );
             }
             met += usize::from(depth.is_some());
             let is_alike = match (depth, drawn_at(cluster, &screen, cull, sample)) {
@@ -84,7 +95,10 @@ fn a_ray_meets_what_is_drawn() {
             *(if is_alike { &mut alike } else { &mut different }) += 1;
         }
     }
-    assert!(met > 1_000 && different * 100 < alike, "{met} {alike} {different}");
+    assert!(
+        met > 1_000 && different * 100 < alike,
+        "{met} {alike} {different}"
+    );
 }
 
 /// Parts of a polygon behind the eye are not seen, those before it are.
@@ -119,7 +133,14 @@ fn a_ray_meets_what_reaches_behind_the_eye() {
     };
     let at = |cull, row| {
         let mut memory = PierceMemory::default();
-        pierce(Level::Scalar, cluster, &screen, cull, [32, row], &mut memory)
+        pierce(
+            Level::Scalar,
+            cluster,
+            &screen,
+            cull,
+            [32, row],
+            &mut memory,
+        )
     };
     // Half a picture below the middle it is two units ahead.
     let depth = at(CullMode::None, 63).expect("the floor");

@@ -174,10 +174,7 @@ fn may_cover(footprint: Footprint, sample: Sample) -> bool {
 }
 
 fn is_perspective(screen: &Screen) -> bool {
-    matches!(
-        screen.camera().projection(),
-        Projection::Perspective { .. }
-    )
+    matches!(screen.camera().projection(), Projection::Perspective { .. })
 }
 
 /// Whether the ray through a sample may meet something in a box that hides what is asked about; in the coordinates of the box,
@@ -193,11 +190,7 @@ fn may_be_in(rays: &Rays, eye: DVec3, bounds: &Aabb, sample: Sample) -> bool {
 }
 
 /// The eye in an object's local coordinates, and the rays from there in these coordinates.
-fn rays_from_eye(
-    screen: &Screen,
-    place: &DAffine3,
-    from_local: &ScreenTransform,
-) -> (DVec3, Rays) {
+fn rays_from_eye(screen: &Screen, place: &DAffine3, from_local: &ScreenTransform) -> (DVec3, Rays) {
     let camera = screen.camera();
     let eye = place.inverse().transform_point3(camera.eye());
     let from_eye = |row: [f64; 4]| [row[0], row[1], row[2], 0.0];
@@ -263,7 +256,12 @@ impl Covers {
             // Most rays that pass through the rectangle miss the box, or enter it behind what is to be hidden.
             let may_cover = number != of
                 && (!is_perspective
-                    || may_be_in(screen.rays(), eye, &frame.scene.bounds()[number as usize], sample));
+                    || may_be_in(
+                        screen.rays(),
+                        eye,
+                        &frame.scene.bounds()[number as usize],
+                        sample,
+                    ));
             if !may_cover {
                 continue;
             }
@@ -298,7 +296,9 @@ impl Covers {
         if !may_cover(footprint, sample) {
             return false;
         }
-        let mesh = frame.occluders.mesh_of(&frame.scene.objects()[id.object as usize]);
+        let mesh = frame
+            .occluders
+            .mesh_of(&frame.scene.objects()[id.object as usize]);
         let Some((mesh, expanded)) = mesh.zip(self.expanded[object].as_ref()) else {
             return false;
         };
@@ -325,12 +325,7 @@ impl Covers {
         self.of_clusters.remove(place);
     }
 
-    fn expand(
-        &mut self,
-        frame: &Frame<'_>,
-        screen: &Screen,
-        object: usize,
-    ) {
+    fn expand(&mut self, frame: &Frame<'_>, screen: &Screen, object: usize) {
         let place = &frame.scene.objects()[self.objects[object] as usize].world_from_local;
         let from_local = screen.screen_from_local(place);
         let first = self.clusters.len();
@@ -384,7 +379,13 @@ impl Covers {
         } else {
             let boxes = clusters.iter().map(Cluster::bounds);
             let level = frame.settings.level;
-            screen.footprints_of_local_boxes(level, from_local, bounds, boxes, &mut self.footprints);
+            screen.footprints_of_local_boxes(
+                level,
+                from_local,
+                bounds,
+                boxes,
+                &mut self.footprints,
+            );
         }
         let first = self.drawn.partition_point(|id| id.object < number);
         let mut drawn = self.drawn[first..].iter().peekable();

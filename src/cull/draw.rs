@@ -3,13 +3,13 @@
 
 use super::ask::{Answer, AskMemory, ask};
 use super::gaps::{self, GapMemory};
+use super::marks::Marks;
 use super::recall::{RecallMemory, recall};
 use super::rounds::{EVERYTHING, RoundMemory, draw_waiting};
 use super::traverse::{TraverseMemory, hide_subtrees};
 use super::waiting::{Waiting, nearness};
 use super::{Frame, Statistics};
-use super::marks::Marks;
-use crate::occluders::{Contributions, DrawnCluster, object_of, sort_nearest};
+use crate::occluders::{ClusterId, Contributions, DrawnCluster, object_of, sort_nearest};
 use crate::occlusion::{Footprint, OcclusionBuffer, SampleRect};
 use crate::tasks::Work;
 
@@ -30,6 +30,8 @@ const MORE_BEFORE_NEXT_LOOK: usize = 3;
 pub struct DrawMemory {
     batch: Vec<u32>,
     to_draw: Vec<(u32, Footprint)>,
+    /// The clusters that are drawn already, in the order of their ids.
+    done: Vec<ClusterId>,
     ask: AskMemory,
     waiting: Waiting,
     rounds: RoundMemory,
@@ -50,7 +52,8 @@ pub struct Drawn<'a> {
     pub statistics: &'a mut Statistics,
 }
 
-/// Draws occluders, nearest first, as far as the budget goes, each asked first. `candidates` are their keys
+/// Draws occluders, nearest first, as far as the budget goes, each asked first, but for clusters that are drawn already.
+/// `candidates` are their keys
 /// ([`distance_keys`](crate::occluders::distance_keys)), in any order.
 pub fn draw_occluders(
     frame: &Frame<'_>,
@@ -62,6 +65,10 @@ pub fn draw_occluders(
     let mut before_look = OBJECTS_BEFORE_LOOK;
     let mut per_batch = OBJECTS_PER_BATCH;
     memory.waiting.clear();
+    memory.done.clear();
+    let done = drawn.occluders.iter().map(|cluster| cluster.id);
+    memory.done.extend(done);
+    memory.done.sort_unstable();
     loop {
         let taken = candidates.len().min(before_look);
         frame.tasks.alone(Work::Select, || {
@@ -117,8 +124,14 @@ fn draw_batch(
     let Some(&(_, farthest)) = memory.to_draw.last() else {
         return true;
     };
+    let DrawMemory {
+        waiting,
+        to_draw,
+        done,
+        ..
+    } = memory;
     let hide = |object: u32| drawn.hidden.set(object);
-    memory.waiting.add(frame, &memory.to_draw, buffer, hide);
+    waiting.add(frame, to_draw, done, buffer, hide);
     draw_until(nearness(farthest), frame, buffer, memory, drawn)
 }
 
@@ -155,7 +168,15 @@ pub fn draw_what_closes_gaps(
         rounds,
         ..
     } = memory;
-    gaps::close_gaps(frame, buffer, undecided, questions, gaps, (waiting, rounds), drawn);
+    gaps::close_gaps(
+        frame,
+        buffer,
+        undecided,
+        questions,
+        gaps,
+        (waiting, rounds),
+        drawn,
+    );
 }
 
 /// Draws what waits as far as a horizon. Whether the budget allows for more.

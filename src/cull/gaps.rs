@@ -181,8 +181,8 @@ impl GapMemory {
         for question in self.looked_at.drain(..) {
             let Question { object, rect } = question;
             let footprint = Footprint::Within(rect);
-            let is_hidden = buffer.hides(footprint)
-                || is_hidden(frame, buffer, object as usize, footprint);
+            let is_hidden =
+                buffer.hides(footprint) || is_hidden(frame, buffer, object as usize, footprint);
             if is_hidden {
                 drawn.hidden.set(object);
             } else {

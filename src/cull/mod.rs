@@ -1,8 +1,10 @@
 //! The frame: from a camera to the set of objects that it may see.
 //!
-//! The hierarchy gives the objects in the frustum (HOM §3.2). The nearest are drawn as occluders, batch after batch, each
-//! asked first whether what is drawn already hides it; now and then whole nodes are asked, and a hidden one answers for
-//! all below it (`draw`, `traverse`). What is left is asked once more against the finished buffer.
+//! `frame` has its two ways. In order, the nearest objects in the frustum (HOM §3.2) are drawn as occluders, batch after batch,
+//! each asked first whether what is drawn already hides it; now and then whole nodes of the hierarchy are asked, and a hidden one
+//! answers for all below it (`draw`, `traverse`). By contribution, the clusters that the last frame needed are drawn (`recall`),
+//! the hierarchy is asked (`traverse`, `seen`), and where an object shows that ought to be hidden, what covers it is drawn
+//! (`gaps`, `covers`).
 //!
 //! In exact mode the picture of the survivors is the picture of the scene. Every answer "hidden" rests on an occluder
 //! surface strictly nearer at each sample the object could own; the nearest surface at a sample is never culled by
@@ -11,6 +13,7 @@
 mod ask;
 mod covers;
 mod draw;
+mod frame;
 mod gaps;
 mod marks;
 mod occluders;
@@ -23,24 +26,19 @@ mod traverse;
 mod waiting;
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
-use crate::occluders::{
-    Budget, Contributions, DrawnCluster, Selection, distance_keys, keep_promising,
-};
-use crate::occlusion::{Accuracy, Footprint, OcclusionBuffer};
+use crate::occluders::{Budget, Contributions, DrawnCluster, Selection};
+use crate::occlusion::{Accuracy, OcclusionBuffer};
 use crate::scene::Scene;
-use crate::tasks::{Record, Stage, Tasks, Work, stay_awake};
-use crate::view::{Camera, Containment, Frustum, PictureSize, Planes};
+use crate::tasks::{Record, Stage, Tasks, stay_awake};
+use crate::view::{Camera, Frustum, PictureSize};
 
-use draw::{DrawMemory, Drawn, draw_occluders, draw_remembered, draw_what_closes_gaps};
-use marks::Marks;
+use frame::Memory;
 use occluders::Occluders;
 use seen::Seen;
-use test::{Kept, LookMemory, TestMemory, look_closely, not_hidden};
-use traverse::{FrustumMemory, Subtrees, TraverseMemory, not_hidden_so_far};
+use traverse::{FrustumMemory, Subtrees};
 
 pub use antumbra_simd::{Level, LevelUnavailable};
 pub use statistics::{StageTimes, Statistics};
@@ -125,23 +123,6 @@ struct Frame<'a> {
     subtrees: &'a Subtrees,
     settings: &'a Settings,
     tasks: Tasks<'a>,
-}
-
-/// What is kept from frame to frame, so that none allocates.
-#[derive(Debug, Default)]
-struct Memory {
-    draw: DrawMemory,
-    frustum: FrustumMemory,
-    traverse: TraverseMemory,
-    in_frustum: Vec<u32>,
-    /// The objects that are not known to be hidden.
-    undecided: Vec<(u32, Footprint)>,
-    kept: Vec<Kept>,
-    look: LookMemory,
-    /// The keys of the occluders in the frustum, as tasks found them.
-    candidates: Vec<Vec<u64>>,
-    test: TestMemory,
-    hidden: Marks,
 }
 
 /// What task `task` of several takes, of `items` that are handed out by `share`.
@@ -299,193 +280,5 @@ impl State {
         };
         let buffer = buffer.get_or_insert_with(|| OcclusionBuffer::new(settings.size, *camera));
         frame.run(camera, buffer, remembered, memory, found);
-    }
-}
-
-/// Of so many objects, a frame that remembers nothing draws what is promising, before it closes gaps.
-const FIRST_OCCLUDERS: usize = 64;
-
-/// Each thread has so many tasks of finding keys,
-const KEY_TASKS_PER_THREAD: usize = 4;
-/// each for at least so many objects.
-const FEWEST_KEYS: usize = 128;
-
-impl Frame<'_> {
-    /// The keys of the occluders among objects.
-    fn candidates<'m>(
-        &self,
-        camera: &Camera,
-        objects: &[u32],
-        memory: &'m mut Vec<Vec<u64>>,
-    ) -> &'m mut Vec<u64> {
-        let share = match self.tasks.threads() {
-            1 => objects.len().max(1),
-            threads => objects
-                .len()
-                .div_ceil(KEY_TASKS_PER_THREAD * threads)
-                .max(FEWEST_KEYS),
-        };
-        let count = objects.len().div_ceil(share).max(1);
-        grow(memory, count);
-        let keys = &mut memory[..count];
-        self.tasks.each(Work::Select, keys, |task, keys| {
-            let occludes = |object: &u32| self.occluders.triangles_of(*object) > 0;
-            let objects = share_of(objects, share, task).iter().copied();
-            distance_keys(self.scene, camera.eye(), objects.filter(occludes), keys);
-        });
-        let (first, others) = memory.split_at_mut(1);
-        for others in &others[..count - 1] {
-            first[0].extend_from_slice(others);
-        }
-        &mut first[0]
-    }
-
-    fn run(
-        &self,
-        camera: &Camera,
-        buffer: &mut OcclusionBuffer,
-        remembered: &mut Remembered,
-        memory: &mut Memory,
-        found: &mut VisibleSet,
-    ) {
-        let mut clock = Clock::start();
-        let &Frame {
-            scene,
-            settings,
-            tasks,
-            ..
-        } = self;
-        let VisibleSet {
-            visible,
-            occluders,
-            statistics,
-            times,
-        } = found;
-        *statistics = Statistics::default();
-        *times = StageTimes::default();
-        occluders.clear();
-        let objects = scene.objects().len();
-        remembered.seen.begin_frame(scene);
-        memory.hidden.clear(objects);
-        buffer.set_accuracy(settings.accuracy);
-        buffer.set_level(settings.level);
-        buffer.clear_by(tasks, camera);
-        let Remembered {
-            contributions,
-            seen,
-            ..
-        } = remembered;
-        let mut drawn = Drawn {
-            hidden: &mut memory.hidden,
-            occluders,
-            contributions,
-            statistics,
-        };
-        // Where everything is drawn there is nothing to choose.
-        let learns =
-            settings.occluders == Selection::Contribution && settings.budget != Budget::All;
-        if learns {
-            if drawn.contributions.is_empty() {
-                let frustum = Frustum::new(camera, settings.size);
-                let in_frustum = &mut memory.in_frustum;
-                traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum);
-                let candidates = self.candidates(camera, in_frustum, &mut memory.candidates);
-                keep_promising(scene, camera.eye(), candidates, FIRST_OCCLUDERS, |object| {
-                    self.occluders.triangles_of(object)
-                });
-                clock.lap(&mut times.select);
-                draw_occluders(self, candidates, buffer, &mut memory.draw, &mut drawn);
-                for cluster in drawn.occluders.iter().filter(|cluster| cluster.gain > 0) {
-                    let &DrawnCluster { id, triangles, gain } = cluster;
-                    drawn.contributions.needed(id, triangles, gain);
-                }
-            } else {
-                draw_remembered(self, buffer, &mut memory.draw, &mut drawn);
-                drawn.statistics.clusters_remembered = drawn.occluders.len() as u64;
-            }
-            clock.lap(&mut times.raster);
-            let undecided = &mut memory.undecided;
-            tasks.alone(Work::Look, || buffer.find_blocks());
-            let traverse = &mut memory.traverse;
-            not_hidden_so_far(self, seen, buffer, traverse, undecided, drawn.statistics);
-            undecided.sort_unstable_by_key(|(object, _)| *object);
-            let kept = &mut memory.kept;
-            look_closely(self, seen, undecided, buffer, &mut memory.look, kept);
-            clock.lap(&mut times.test);
-            let questions = kept.iter().filter_map(|kept| match kept.footprint {
-                Footprint::Within(rect) if !seen.is_trusted(kept.object) => {
-                    Some((kept.object, rect))
-                }
-                _ => None,
-            });
-            draw_what_closes_gaps(
-                self,
-                buffer,
-                undecided,
-                questions,
-                &mut memory.draw,
-                &mut drawn,
-            );
-            kept.retain(|kept| !drawn.hidden.has(kept.object));
-            visible.clear();
-            visible.extend(kept.iter().map(|kept| kept.object));
-            clock.lap(&mut times.raster);
-            tasks.alone(Work::Finish, || buffer.finish());
-            clock.lap(&mut times.pyramid);
-            statistics.objects_tested = seen.count_in_question(undecided);
-            seen.note(&self.subtrees, undecided, kept);
-            self.put_back_never_culled(camera, visible);
-        } else {
-            let frustum = Frustum::new(camera, settings.size);
-            let in_frustum = &mut memory.in_frustum;
-            traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum);
-            let candidates = self.candidates(camera, in_frustum, &mut memory.candidates);
-            clock.lap(&mut times.select);
-            draw_occluders(self, candidates, buffer, &mut memory.draw, &mut drawn);
-            clock.lap(&mut times.raster);
-            tasks.alone(Work::Finish, || buffer.finish());
-            clock.lap(&mut times.pyramid);
-            let undecided = |&&object: &&u32| {
-                !drawn.hidden.has(object) || scene.objects()[object as usize].never_cull
-            };
-            let undecided = in_frustum.iter().filter(undecided);
-            not_hidden(self, undecided, buffer, &mut memory.test, visible);
-            drawn.statistics.objects_tested = memory.test.tested() as u64;
-        }
-        statistics.objects_visible = visible.len() as u64;
-        remembered.contributions.end_frame();
-        clock.lap(&mut times.test);
-    }
-
-    /// Puts objects back that are never culled.
-    fn put_back_never_culled(&self, camera: &Camera, visible: &mut Vec<u32>) {
-        let never_culled = self.occluders.never_culled();
-        if never_culled.is_empty() {
-            return;
-        }
-        let frustum = Frustum::new(camera, self.settings.size);
-        let is_in_it = |object: &&u32| {
-            let bounds = &self.scene.bounds()[**object as usize];
-            frustum.contains(bounds, Planes::ALL) != Containment::Outside
-        };
-        visible.extend(never_culled.iter().filter(is_in_it));
-        visible.sort_unstable();
-        visible.dedup();
-    }
-}
-
-/// Tells how long stages take.
-struct Clock(Instant);
-
-impl Clock {
-    fn start() -> Clock {
-        Clock(Instant::now())
-    }
-
-    /// Adds the time since the last lap.
-    fn lap(&mut self, to: &mut Duration) {
-        let now = Instant::now();
-        *to += now - self.0;
-        self.0 = now;
     }
 }

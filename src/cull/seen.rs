@@ -18,7 +18,7 @@ const LONGEST_TRUST: u32 = 24;
 
 /// Trust is shortened when more than one in so many objects that are asked again turns out to be hidden. Half as many are kept
 /// for nothing, on average.
-const ONE_IN: u32 = 32;
+const ONE_IN: u32 = 24;
 
 /// What earlier frames saw.
 #[derive(Clone, Debug, Default)]
@@ -69,7 +69,9 @@ impl Seen {
 
     /// How many of some objects are not taken for visible.
     pub fn count_in_question(&self, objects: &[(u32, Footprint)]) -> u64 {
-        let in_question = objects.iter().filter(|(object, _)| !self.is_trusted(*object));
+        let in_question = objects
+            .iter()
+            .filter(|(object, _)| !self.is_trusted(*object));
         in_question.count() as u64
     }
 
@@ -103,7 +105,10 @@ impl Seen {
     fn judge_trust(&mut self, undecided: &[(u32, Footprint)], visible: &[Kept]) {
         let was_visible = |object: u32| self.frame_of[object as usize] == self.frame - 1;
         let asked = |object: u32| was_visible(object) && !self.is_trusted(object);
-        let before = undecided.iter().filter(|(object, _)| asked(*object)).count() as u32;
+        let before = undecided
+            .iter()
+            .filter(|(object, _)| asked(*object))
+            .count() as u32;
         let still = visible.iter().filter(|kept| asked(kept.object)).count() as u32;
         self.asked_again = self.asked_again / 2 + before;
         self.hidden_since = self.hidden_since / 2 + (before - still.min(before));

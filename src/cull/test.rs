@@ -150,8 +150,7 @@ fn seen_of(
         return None;
     }
     let own = frame.scene.own_box(object);
-    let is_hidden =
-        own.is_some_and(|own| buffer.hides_own_box(&own.shape, own.growth, footprint));
+    let is_hidden = own.is_some_and(|own| buffer.hides_own_box(&own.shape, own.growth, footprint));
     (!is_hidden).then_some(seen)
 }
 

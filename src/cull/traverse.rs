@@ -411,6 +411,7 @@ impl Look {
                 && (seen.is_trusted(*object) || !buffer.hides(footprint))
                 && frustum.contains(bounds(object), Planes::ALL) != Containment::Outside
         });
-        self.undecided.extend(undecided.map(|(&object, &footprint)| (object, footprint)));
+        self.undecided
+            .extend(undecided.map(|(&object, &footprint)| (object, footprint)));
     }
 }

@@ -154,16 +154,17 @@ impl Waiting {
         self.rounds = 0;
     }
 
-    /// Lets the clusters of objects wait that may show a front; the footprints are those of the objects' boxes. Hands the
-    /// objects to `hide` that turn out to be hidden.
+    /// Lets the clusters of objects wait that may show a front and are not done, which are given in the order of their ids; the
+    /// footprints are those of the objects' boxes. Hands the objects to `hide` that turn out to be hidden.
     pub fn add(
         &mut self,
         frame: &Frame<'_>,
         objects: &[(u32, Footprint)],
+        done: &[ClusterId],
         buffer: &OcclusionBuffer,
         mut hide: impl FnMut(u32),
     ) {
-        self.place_all(frame, objects, buffer.screen());
+        self.place_all(frame, objects, done, buffer.screen());
         let groups = &self.groups;
         let share = match frame.tasks.threads() {
             1 => groups.len().max(1),
@@ -183,6 +184,7 @@ impl Waiting {
                         frame,
                         group,
                         &placed[group.placed as usize],
+                        done,
                         buffer.screen(),
                     );
                 }
@@ -204,7 +206,13 @@ impl Waiting {
     }
 
     /// Places objects, and cuts their clusters into groups. What has one cluster waits at once.
-    fn place_all(&mut self, frame: &Frame<'_>, objects: &[(u32, Footprint)], screen: &Screen) {
+    fn place_all(
+        &mut self,
+        frame: &Frame<'_>,
+        objects: &[(u32, Footprint)],
+        done: &[ClusterId],
+        screen: &Screen,
+    ) {
         let per_group = if frame.tasks.threads() == 1 {
             CLUSTERS_PER_GROUP
         } else {
@@ -220,12 +228,14 @@ impl Waiting {
             let is_single = clusters.len() == 1;
             if is_single
                 && (!is_promising(frame, &clusters[0], footprint)
+                    || !done_of(done, number).is_empty()
                     || facing(clusters, screen.camera(), &object.world_from_local) == 0)
             {
                 continue;
             }
-            // A cluster that looks away is not asked.
+            // A cluster that looks away is not asked, nor one that is drawn already.
             let may_be_seen = !frame.occluders.is_all_of(number)
+                || !done_of(done, number).is_empty()
                 || clusters.iter().any(|cluster| cluster.cone.is_some());
             let placed = self.place(frame, number, may_be_seen, screen);
             if is_single {
@@ -377,7 +387,14 @@ impl Waiting {
 }
 
 impl Finder {
-    fn find(&mut self, frame: &Frame<'_>, group: &Group, placed: &Placed, screen: &Screen) {
+    fn find(
+        &mut self,
+        frame: &Frame<'_>,
+        group: &Group,
+        placed: &Placed,
+        done: &[ClusterId],
+        screen: &Screen,
+    ) {
         let object = &frame.scene.objects()[placed.object as usize];
         let Some(mesh) = frame.occluders.mesh_of(object) else {
             return;
@@ -397,7 +414,12 @@ impl Finder {
         );
         for (i, (cluster, &footprint)) in clusters.iter().zip(&self.footprints).enumerate() {
             let number = group.first + i as u32;
-            if facing >> i & 1 == 0 || footprint == Footprint::Nowhere {
+            let id = ClusterId {
+                object: placed.object,
+                cluster: number,
+            };
+            let is_out = facing >> i & 1 == 0 || footprint == Footprint::Nowhere;
+            if is_out || done.binary_search(&id).is_ok() {
                 continue;
             }
             if !is_promising(frame, cluster, footprint) {
@@ -414,6 +436,13 @@ impl Finder {
             }
         }
     }
+}
+
+/// Those of an object among clusters in the order of their ids.
+fn done_of(done: &[ClusterId], object: u32) -> &[ClusterId] {
+    let first = done.partition_point(|id| id.object < object);
+    let count = done[first..].partition_point(|id| id.object == object);
+    &done[first..first + count]
 }
 
 /// Whether a cluster may hide enough for what drawing it costs, if the budget is chosen by that.

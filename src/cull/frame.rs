@@ -1,0 +1,273 @@
+//! The frame's two ways from a camera to the visible set: in order, and by contribution.
+
+use std::time::{Duration, Instant};
+
+use super::draw::{DrawMemory, Drawn, draw_occluders, draw_remembered, draw_what_closes_gaps};
+use super::marks::Marks;
+use super::test::{Kept, LookMemory, TestMemory, look_closely, not_hidden};
+use super::traverse::{self, FrustumMemory, TraverseMemory, not_hidden_so_far};
+use super::{Frame, Remembered, StageTimes, Statistics, VisibleSet, grow, share_of};
+use crate::occluders::{Budget, DrawnCluster, Selection, distance_keys, keep_promising};
+use crate::occlusion::{Accuracy, Footprint, OcclusionBuffer};
+use crate::tasks::Work;
+use crate::view::{Camera, Containment, Frustum, Planes};
+
+/// Of so many objects, a frame that remembers nothing draws what is promising, before it closes gaps.
+const FIRST_OCCLUDERS: usize = 64;
+
+/// Each thread has so many tasks of finding keys,
+const KEY_TASKS_PER_THREAD: usize = 4;
+/// each for at least so many objects.
+const FEWEST_KEYS: usize = 128;
+
+/// What is kept from frame to frame, so that none allocates.
+#[derive(Debug, Default)]
+pub struct Memory {
+    draw: DrawMemory,
+    frustum: FrustumMemory,
+    traverse: TraverseMemory,
+    in_frustum: Vec<u32>,
+    /// The keys of the occluders in the frustum, as tasks found them.
+    candidates: Vec<Vec<u64>>,
+    /// The objects that their boxes' rectangles do not hide,
+    undecided: Vec<(u32, Footprint)>,
+    /// and those of them that closer questions do not hide either.
+    kept: Vec<Kept>,
+    look: LookMemory,
+    test: TestMemory,
+    hidden: Marks,
+}
+
+impl Frame<'_> {
+    /// Finds what a camera may see.
+    pub(super) fn run(
+        &self,
+        camera: &Camera,
+        buffer: &mut OcclusionBuffer,
+        remembered: &mut Remembered,
+        memory: &mut Memory,
+        found: &mut VisibleSet,
+    ) {
+        let mut clock = Clock::start();
+        let settings = self.settings;
+        found.occluders.clear();
+        found.statistics = Statistics::default();
+        memory.hidden.clear(self.scene.objects().len());
+        buffer.set_accuracy(settings.accuracy);
+        buffer.set_level(settings.level);
+        buffer.clear_by(self.tasks, camera);
+        // Where everything is drawn there is nothing to choose.
+        if settings.occluders == Selection::Contribution && settings.budget != Budget::All {
+            self.by_contribution(camera, buffer, remembered, memory, found, &mut clock);
+        } else {
+            self.in_order(camera, buffer, remembered, memory, found, &mut clock);
+        }
+        found.statistics.objects_visible = found.visible.len() as u64;
+        clock.lap(|times| &mut times.test);
+        found.times = clock.times;
+    }
+
+    /// Draws occluders nearest first, and asks the objects in the frustum.
+    fn in_order(
+        &self,
+        camera: &Camera,
+        buffer: &mut OcclusionBuffer,
+        remembered: &mut Remembered,
+        memory: &mut Memory,
+        found: &mut VisibleSet,
+        clock: &mut Clock,
+    ) {
+        let frustum = Frustum::new(camera, self.settings.size);
+        let in_frustum = &mut memory.in_frustum;
+        traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum);
+        let candidates = self.candidates(camera, in_frustum, &mut memory.candidates);
+        clock.lap(|times| &mut times.select);
+        let mut drawn = Drawn {
+            hidden: &mut memory.hidden,
+            occluders: &mut found.occluders,
+            contributions: &mut remembered.contributions,
+            statistics: &mut found.statistics,
+        };
+        draw_occluders(self, candidates, buffer, &mut memory.draw, &mut drawn);
+        clock.lap(|times| &mut times.raster);
+        self.tasks.alone(Work::Finish, || buffer.finish());
+        clock.lap(|times| &mut times.pyramid);
+        let undecided = |&&object: &&u32| {
+            !memory.hidden.has(object) || self.scene.objects()[object as usize].never_cull
+        };
+        let undecided = in_frustum.iter().filter(undecided);
+        not_hidden(
+            self,
+            undecided,
+            buffer,
+            &mut memory.test,
+            &mut found.visible,
+        );
+        found.statistics.objects_tested = memory.test.tested() as u64;
+    }
+
+    /// Draws the clusters that the last frame needed, and then what keeps objects from being seen that were not before.
+    fn by_contribution(
+        &self,
+        camera: &Camera,
+        buffer: &mut OcclusionBuffer,
+        remembered: &mut Remembered,
+        memory: &mut Memory,
+        found: &mut VisibleSet,
+        clock: &mut Clock,
+    ) {
+        let Remembered {
+            contributions,
+            seen,
+        } = remembered;
+        let VisibleSet {
+            visible,
+            occluders,
+            statistics,
+            ..
+        } = found;
+        seen.begin_frame(self.scene);
+        let is_first = contributions.is_empty();
+        let mut drawn = Drawn {
+            hidden: &mut memory.hidden,
+            occluders,
+            contributions,
+            statistics,
+        };
+        if is_first {
+            let frustum = Frustum::new(camera, self.settings.size);
+            let in_frustum = &mut memory.in_frustum;
+            traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum);
+            let candidates = self.candidates(camera, in_frustum, &mut memory.candidates);
+            keep_promising(self.scene, camera.eye(), candidates, FIRST_OCCLUDERS, |o| {
+                self.occluders.triangles_of(o)
+            });
+            clock.lap(|times| &mut times.select);
+            draw_occluders(self, candidates, buffer, &mut memory.draw, &mut drawn);
+            for &DrawnCluster {
+                id,
+                triangles,
+                gain,
+            } in &*drawn.occluders
+            {
+                if gain > 0 {
+                    drawn.contributions.needed(id, triangles, gain);
+                }
+            }
+        } else {
+            draw_remembered(self, buffer, &mut memory.draw, &mut drawn);
+            drawn.statistics.clusters_remembered = drawn.occluders.len() as u64;
+        }
+        clock.lap(|times| &mut times.raster);
+
+        self.tasks.alone(Work::Look, || buffer.find_blocks());
+        let (undecided, kept) = (&mut memory.undecided, &mut memory.kept);
+        let traverse = &mut memory.traverse;
+        not_hidden_so_far(self, seen, buffer, traverse, undecided, drawn.statistics);
+        undecided.sort_unstable_by_key(|(object, _)| *object);
+        look_closely(self, seen, undecided, buffer, &mut memory.look, kept);
+        drawn.statistics.objects_tested = seen.count_in_question(undecided);
+        clock.lap(|times| &mut times.test);
+
+        let questions = kept.iter().filter_map(|kept| match kept.footprint {
+            Footprint::Within(rect) if !seen.is_trusted(kept.object) => Some((kept.object, rect)),
+            _ => None,
+        });
+        let draw = &mut memory.draw;
+        draw_what_closes_gaps(self, buffer, undecided, questions, draw, &mut drawn);
+        kept.retain(|kept| !drawn.hidden.has(kept.object));
+        if let Budget::Triangles(_) = self.settings.budget {
+            // What is left of the budget is there to be spent.
+            let objects = &mut memory.in_frustum;
+            objects.clear();
+            objects.extend(kept.iter().map(|kept| kept.object));
+            let candidates = self.candidates(camera, objects, &mut memory.candidates);
+            draw_occluders(self, candidates, buffer, &mut memory.draw, &mut drawn);
+            kept.retain(|kept| !drawn.hidden.has(kept.object));
+        }
+        clock.lap(|times| &mut times.raster);
+        self.tasks.alone(Work::Finish, || buffer.finish());
+        clock.lap(|times| &mut times.pyramid);
+
+        let is_decided =
+            self.settings.accuracy == Accuracy::Exact && self.settings.budget == Budget::Auto;
+        if is_decided {
+            visible.clear();
+            visible.extend(kept.iter().map(|kept| kept.object));
+        } else {
+            let objects = kept.iter().map(|kept| &kept.object);
+            not_hidden(self, objects, buffer, &mut memory.test, visible);
+            kept.retain(|kept| visible.binary_search(&kept.object).is_ok());
+        }
+        seen.note(self.subtrees, undecided, kept);
+        contributions.end_frame();
+        self.put_back_never_culled(camera, visible);
+    }
+
+    /// Puts objects back that are never culled.
+    fn put_back_never_culled(&self, camera: &Camera, visible: &mut Vec<u32>) {
+        let never_culled = self.occluders.never_culled();
+        if never_culled.is_empty() {
+            return;
+        }
+        let frustum = Frustum::new(camera, self.settings.size);
+        let is_in_it = |object: &&u32| {
+            let bounds = &self.scene.bounds()[**object as usize];
+            frustum.contains(bounds, Planes::ALL) != Containment::Outside
+        };
+        visible.extend(never_culled.iter().filter(is_in_it));
+        visible.sort_unstable();
+        visible.dedup();
+    }
+
+    /// The keys of the occluders among objects.
+    fn candidates<'m>(
+        &self,
+        camera: &Camera,
+        objects: &[u32],
+        memory: &'m mut Vec<Vec<u64>>,
+    ) -> &'m mut Vec<u64> {
+        let share = match self.tasks.threads() {
+            1 => objects.len().max(1),
+            threads => objects
+                .len()
+                .div_ceil(KEY_TASKS_PER_THREAD * threads)
+                .max(FEWEST_KEYS),
+        };
+        let count = objects.len().div_ceil(share).max(1);
+        grow(memory, count);
+        let keys = &mut memory[..count];
+        self.tasks.each(Work::Select, keys, |task, keys| {
+            let occludes = |object: &u32| self.occluders.triangles_of(*object) > 0;
+            let objects = share_of(objects, share, task).iter().copied();
+            distance_keys(self.scene, camera.eye(), objects.filter(occludes), keys);
+        });
+        let (first, others) = memory.split_at_mut(1);
+        for others in &others[..count - 1] {
+            first[0].extend_from_slice(others);
+        }
+        &mut first[0]
+    }
+}
+
+/// Tells how long stages take.
+struct Clock {
+    since: Instant,
+    times: StageTimes,
+}
+
+impl Clock {
+    fn start() -> Clock {
+        Clock {
+            since: Instant::now(),
+            times: StageTimes::default(),
+        }
+    }
+
+    /// Adds the time since the last lap to a stage's.
+    fn lap(&mut self, stage: impl FnOnce(&mut StageTimes) -> &mut Duration) {
+        let now = Instant::now();
+        *stage(&mut self.times) += now - self.since;
+        self.since = now;
+    }
+}

@@ -40,6 +40,14 @@ pub struct DrawMemory {
     gaps: GapMemory,
 }
 
+impl DrawMemory {
+    /// Forgets what waits: what a spent budget has left over.
+    fn begin(&mut self) {
+        self.waiting.clear();
+        self.rounds.clear();
+    }
+}
+
 /// What drawing found and did.
 pub struct Drawn<'a> {
     /// For each object, whether it was found hidden. What a part of the occluders hides stays hidden behind all of them.
@@ -64,7 +72,7 @@ pub fn draw_occluders(
 ) {
     let mut before_look = OBJECTS_BEFORE_LOOK;
     let mut per_batch = OBJECTS_PER_BATCH;
-    memory.waiting.clear();
+    memory.begin();
     memory.done.clear();
     let done = drawn.occluders.iter().map(|cluster| cluster.id);
     memory.done.extend(done);
@@ -142,7 +150,7 @@ pub fn draw_remembered(
     memory: &mut DrawMemory,
     drawn: &mut Drawn<'_>,
 ) {
-    memory.waiting.clear();
+    memory.begin();
     recall(
         frame,
         drawn.contributions,
@@ -162,6 +170,7 @@ pub fn draw_what_closes_gaps(
     memory: &mut DrawMemory,
     drawn: &mut Drawn<'_>,
 ) {
+    memory.begin();
     let DrawMemory {
         gaps,
         waiting,

@@ -37,6 +37,13 @@ pub struct RoundMemory {
     gains: Vec<u32>,
 }
 
+impl RoundMemory {
+    /// Forgets clusters that were left for a next round.
+    pub fn clear(&mut self) {
+        self.round.clear();
+    }
+}
+
 /// What a task keeps.
 #[derive(Debug, Default)]
 struct Assembly {

@@ -37,8 +37,8 @@ fn views() -> Vec<View> {
     stages
         .filter_map(|(name, stage)| {
             let stage = stage?;
-            let mut culler = Culler::new(stage.scene.clone(), settings()).expect("threads");
-            let seen = |camera: Camera| (culler.cull(&camera).in_frustum, camera);
+            let culler = Culler::new(stage.scene.clone(), settings()).expect("threads");
+            let seen = |camera: Camera| (culler.in_frustum(&camera), camera);
             let seen = stage.cameras.into_iter().map(seen);
             let (in_frustum, camera) = seen.max_by_key(|(objects, _)| objects.len())?;
             let clusters = ClusteredScene::new(&stage.scene);

@@ -84,7 +84,7 @@ fn culling_changes_no_byte_and_threads_change_nothing() {
                 "{}: culling changes frame {frame}",
                 stage.name
             );
-            let [in_frustum, visible, _] = &shot.objects;
+            let [in_frustum, visible] = &shot.objects;
             culled += in_frustum.len() - visible.len();
         }
         assert!(culled > 0, "{}: nothing was culled", stage.name);

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use antumbra::cull::{Culler, Level, Settings};
+use antumbra::occluders::DrawnCluster;
 use antumbra::scene::Scene;
 use antumbra::view::{CameraPath, PictureSize};
 use antumbra_fixtures::{Kind, Recipe, generate};
@@ -15,7 +16,7 @@ const CITY: u64 = 0xbdea_506c_5a84_1c1c;
 #[derive(Debug, PartialEq)]
 struct Found {
     visible: Vec<u32>,
-    occluders: Vec<u32>,
+    occluders: Vec<DrawnCluster>,
     buffer_hash: u64,
 }
 

@@ -190,10 +190,10 @@ impl Walk {
             walk.culler.cull_into(camera, &mut walk.found);
             let (s, t) = (walk.found.statistics, walk.found.times);
             let of_frame = [
-                s.objects_in_frustum,
+                walk.culler.in_frustum(camera).len() as u64,
                 s.objects_visible,
                 s.occluders_asked + s.nodes_tested + s.objects_tested,
-                s.occluders_drawn,
+                walk.found.occluders.len() as u64,
                 s.occluder_triangles,
             ];
             counts = std::array::from_fn(|i| counts[i] + of_frame[i]);
@@ -207,7 +207,7 @@ impl Walk {
         let scene = walk.culler.scene();
         eprintln!(
             "{} objects, {} triangles, prepared in {prepared:.0?}; a frame: {in_frustum} objects in the frustum, \
-             {visible} visible, {questions} questions, {drawn} drawn with {triangles} triangles; select {select:.0?}, raster {raster:.0?}, \
+             {visible} visible, {questions} questions, {drawn} clusters drawn with {triangles} triangles; select {select:.0?}, raster {raster:.0?}, \
              pyramid {pyramid:.0?}, test {test:.0?}",
             scene.objects().len(),
             scene.triangle_count(),

@@ -10,7 +10,7 @@ use super::{
     FrameReport, Reference, Report, SceneReport, SettingsReport, Simulation, Totals,
     ideal_box_test, ideal_face_test,
 };
-use crate::cull::{Culler, Settings, VisibleSet};
+use crate::cull::{Culler, Remembered, Settings, VisibleSet};
 use crate::occluders::Budget;
 use crate::occlusion::Accuracy;
 use crate::scene::Scene;
@@ -54,9 +54,13 @@ pub fn run(
     on_frame(0, judged);
     for (frame, camera) in path.cameras().iter().enumerate() {
         if frame % every == 0 {
-            frames.push(measure_frame(&mut culler, frame, camera, settings.cold));
+            if settings.cold {
+                culler.forget();
+            }
+            let before = culler.remembered().clone();
+            frames.push(measure_frame(&mut culler, &before, frame, camera));
             if settings.simulate_threads {
-                simulation.add_frame(&mut culler, camera);
+                simulation.add_frame(&mut culler, &before, camera);
             }
             on_frame(frames.len(), judged);
         } else if !settings.cold {
@@ -115,13 +119,8 @@ fn describe(settings: &MeasureSettings, threads: usize) -> SettingsReport {
     }
 }
 
-/// Culls a frame until its time is known, each time with the memory of the frames before it, or with none; gives the repeat that
-/// took least.
-fn repeat(culler: &mut Culler, camera: &Camera, cold: bool) -> VisibleSet {
-    if cold {
-        culler.forget();
-    }
-    let before = culler.remembered().clone();
+/// Culls a frame until its time is known, each time with what is known of the frames before it; gives the repeat that took least.
+fn repeat(culler: &mut Culler, before: &Remembered, camera: &Camera) -> VisibleSet {
     let start = Instant::now();
     let mut best = culler.cull(camera);
     let mut set = VisibleSet::default();
@@ -129,7 +128,7 @@ fn repeat(culler: &mut Culler, camera: &Camera, cold: bool) -> VisibleSet {
         if count >= LEAST_REPEATS && start.elapsed() >= LEAST_TIME {
             break;
         }
-        culler.recall(&before);
+        culler.recall(before);
         culler.cull_into(camera, &mut set);
         if set.times.total() < best.times.total() {
             std::mem::swap(&mut set, &mut best);
@@ -138,8 +137,13 @@ fn repeat(culler: &mut Culler, camera: &Camera, cold: bool) -> VisibleSet {
     best
 }
 
-fn measure_frame(culler: &mut Culler, frame: usize, camera: &Camera, cold: bool) -> FrameReport {
-    let set = repeat(culler, camera, cold);
+fn measure_frame(
+    culler: &mut Culler,
+    before: &Remembered,
+    frame: usize,
+    camera: &Camera,
+) -> FrameReport {
+    let set = repeat(culler, before, camera);
     let in_frustum = culler.in_frustum(camera);
     let scene = culler.scene().clone();
     let size = culler.settings().size;

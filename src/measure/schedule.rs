@@ -14,7 +14,7 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use crate::cull::{Culler, VisibleSet};
+use crate::cull::{Culler, Remembered, VisibleSet};
 use crate::tasks::{Stage, Work};
 use crate::view::Camera;
 
@@ -123,11 +123,13 @@ impl Default for Simulation {
 }
 
 impl Simulation {
-    /// Records a frame, and adds it.
-    pub fn add_frame(&mut self, culler: &mut Culler, camera: &Camera) {
-        let alone = total(&record(culler, camera, 1));
+    /// Records a frame, and adds it,
+    /// which knows `before` of those before it. (The culler has learnt from it after this.)
+    pub fn add_frame(&mut self, culler: &mut Culler, before: &Remembered, camera: &Camera) {
+        let alone = total(&record(culler, before, camera, 1));
         for simulated in &mut self.0 {
-            simulated.add(&record(culler, camera, simulated.threads), alone);
+            let stages = record(culler, before, camera, simulated.threads);
+            simulated.add(&stages, alone);
         }
     }
 
@@ -139,10 +141,12 @@ impl Simulation {
 
 /// A frame's stages, each task with the least time that it took in some repeats: they do the same work every time, and
 /// whatever else the machine does only makes them longer.
-fn record(culler: &mut Culler, camera: &Camera, threads: usize) -> Vec<Stage> {
+fn record(culler: &mut Culler, before: &Remembered, camera: &Camera, threads: usize) -> Vec<Stage> {
     let mut set = VisibleSet::default();
+    culler.recall(before);
     let mut least = culler.cull_recorded(camera, threads, &mut set);
     for _ in 1..REPEATS {
+        culler.recall(before);
         let again = culler.cull_recorded(camera, threads, &mut set);
         let tasks = again.iter().flat_map(|stage| &stage.tasks);
         let least = least.iter_mut().flat_map(|stage| &mut stage.tasks);

@@ -11,7 +11,7 @@
 use super::Budget;
 
 /// A cluster of an object.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ClusterId {
     /// The object.
     pub object: u32,

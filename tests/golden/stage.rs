@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use antumbra::cull::{Culler, Settings};
 use antumbra::final_pass::{Image, PictureFrame, overlay_image, render_image};
+use antumbra::occluders::DrawnCluster;
 use antumbra::occlusion::OcclusionBuffer;
 use antumbra::scene::Scene;
 use antumbra::view::{Camera, CameraPath, PictureSize, Projection};
@@ -30,8 +31,10 @@ pub struct Shot {
     pub picture: Image,
     /// The buffer that the objects were tested against.
     pub occluders: Image,
-    /// Objects in the frustum, visible ones, and those drawn as occluders.
-    pub objects: [Vec<u32>; 3],
+    /// Objects in the frustum, and visible ones.
+    pub objects: [Vec<u32>; 2],
+    /// The clusters drawn as occluders.
+    pub drawn: Vec<DrawnCluster>,
     /// A hash of the buffer.
     pub buffer_hash: u64,
 }
@@ -86,7 +89,8 @@ impl Stage {
                 picture: pool
                     .install(|| render_image(&self.scene, camera, self.size, &set.visible)),
                 occluders: occluders_in_grey(buffer, camera.projection(), self.size),
-                objects: [set.in_frustum, set.visible, set.occluders],
+                objects: [culler.in_frustum(camera), set.visible],
+                drawn: set.occluders,
                 buffer_hash: buffer.tiles().hash(),
             }
         });
@@ -98,6 +102,7 @@ impl Stage {
         let (scene, camera, size) = (&*self.scene, &self.cameras[frame], self.size);
         let mut culler = self.culler(2);
         let set = culler.cull(camera);
+        let in_frustum = culler.in_frustum(camera);
         let map = culler.buffer().expect("a frame was culled").map();
         let picture = render_image(scene, camera, size, &set.visible);
         let set = &set;
@@ -105,6 +110,7 @@ impl Stage {
             scene,
             camera,
             size,
+            in_frustum: &in_frustum,
             set,
             map,
         };

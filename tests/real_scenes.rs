@@ -7,6 +7,7 @@ use std::sync::Arc;
 use antumbra::cull::{Culler, Settings};
 use antumbra::final_pass::render_image;
 use antumbra::measure::{MeasureSettings, Totals, run};
+use antumbra::occluders::Budget;
 use antumbra::scene::Scene;
 use antumbra::view::{CameraPath, PictureSize};
 
@@ -32,10 +33,13 @@ fn size() -> PictureSize {
     PictureSize::new(1280, 768).expect("a size")
 }
 
-fn measure(name: &str, every: usize) -> Option<Totals> {
+fn measure(name: &str, every: usize, budget: Budget) -> Option<Totals> {
     let (scene, path) = load(name)?;
     let settings = MeasureSettings {
-        cull: Settings::new(size()),
+        cull: Settings {
+            budget,
+            ..Settings::new(size())
+        },
         cold: true,
         every,
         simulate_threads: false,
@@ -46,7 +50,7 @@ fn measure(name: &str, every: usize) -> Option<Totals> {
 
 /// Nothing visible is lost, and at least `share` of what the ideal box test finds is found.
 fn loses_nothing(name: &str, every: usize, share: f64) -> Option<Totals> {
-    let totals = measure(name, every)?;
+    let totals = measure(name, every, Budget::All)?;
     assert_eq!((totals.false_culls, totals.wrong_pixels), (0, 0), "{name}");
     let found = totals.culled_of_hidden / totals.ideal_box_culled_of_hidden;
     assert!(found >= share, "{name}: {found:.4} of the ideal box test");
@@ -78,6 +82,38 @@ fn culls_buildings_a_city_and_an_assembly() {
     loses_nothing("cistern", 12, 0.95);
     loses_nothing("delft", 12, 0.95);
     loses_nothing("falcon", 20, 0.87);
+}
+
+/// What a frame needs is remembered: on a flight, few triangles hide as much as all of them.
+#[test]
+fn a_flight_needs_few_occluders() {
+    for (name, triangles) in [("castle", 2_000.0), ("clinic", 4_000.0)] {
+        let Some((scene, _)) = load(name) else {
+            continue;
+        };
+        let file = folder().join(format!("{name}.walk.json"));
+        let path = CameraPath::load(&file).expect("a path");
+        let report = |budget| {
+            let settings = MeasureSettings {
+                cull: Settings {
+                    budget,
+                    ..Settings::new(size())
+                },
+                cold: false,
+                every: 12,
+                simulate_threads: false,
+            };
+            run(&scene, &path, &settings, |_, _| {}).expect("threads")
+        };
+        let (few, all) = (report(Budget::Auto), report(Budget::All));
+        let totals = &few.totals;
+        assert_eq!((totals.false_culls, totals.wrong_pixels), (0, 0), "{name}");
+        let share = totals.culled_of_hidden / all.totals.culled_of_hidden;
+        assert!(share > 0.98, "{name}: {share} of what all hide");
+        let drawn: u64 = few.frames.iter().map(|f| f.occluder_triangles).sum();
+        let drawn = drawn as f64 / few.frames.len() as f64;
+        assert!(drawn < triangles, "{name}: {drawn} triangles");
+    }
 }
 
 #[test]

@@ -44,6 +44,8 @@ pub struct Cover {
     pub triangles: u32,
     /// Where it may be drawn.
     pub footprint: Footprint,
+    /// Whether it is drawn by now.
+    is_taken: bool,
 }
 
 impl Cover {
@@ -72,9 +74,11 @@ pub struct Covers {
     of_objects: Rectangles,
     /// What is known of each object, once it is.
     expanded: Vec<Option<Expanded>>,
-    /// In the places of their rectangles; none where a block ends with less than it holds.
-    clusters: Vec<Option<Cover>>,
+    clusters: Vec<Cover>,
+    /// The rectangles of the clusters of objects that have several; those of each object begin with a block.
     of_clusters: Rectangles,
+    /// The eyes in the local coordinates of these objects, and rays from there; none where rays begin elsewhere.
+    eyes: Vec<(DVec3, Rays)>,
     footprints: Vec<Footprint>,
     /// Objects and clusters whose rectangles hold a sample.
     objects_over: Vec<usize>,
@@ -87,12 +91,14 @@ pub struct Covers {
 struct Expanded {
     /// The places of its clusters.
     clusters: Range<usize>,
+    /// Where the rectangles of several begin.
+    first_block: usize,
     /// From its local coordinates to the screen.
     screen: ScreenTransform,
     /// What its single-sided surfaces leave out.
     single_sided: CullMode,
-    /// The eye in local coordinates, and rays from there; none where rays begin elsewhere, or there is only one cluster.
-    eye: Option<(DVec3, Rays)>,
+    /// The place of its eye, if it has one.
+    eye: Option<u32>,
 }
 
 /// Footprints in places, structure of arrays.
@@ -133,26 +139,27 @@ impl Rectangles {
         self.count += 1;
     }
 
-    /// Takes a footprint away.
-    fn remove(&mut self, place: usize) {
-        self.blocks[place / BLOCK].nearest[place % BLOCK] = f32::NEG_INFINITY;
-    }
-
-    /// Appends the places in `range` that hold a sample and reach nearer than it. The range is of whole blocks.
-    fn over(&mut self, level: Level, range: Range<usize>, sample: Sample, places: &mut Vec<usize>) {
-        let blocks = range.start / BLOCK..range.end.div_ceil(BLOCK);
+    /// Calls `visit` with the number, counted from the first block, of each in some blocks that holds a sample and reaches nearer.
+    fn over(
+        &mut self,
+        level: Level,
+        blocks: Range<usize>,
+        sample: Sample,
+        mut visit: impl FnMut(usize),
+    ) {
+        let at = [sample.column, sample.row];
         self.masks.clear();
         covering(
             level,
-            &self.blocks[blocks.clone()],
-            [sample.column, sample.row],
+            &self.blocks[blocks],
+            at,
             sample.depth,
             &mut self.masks,
         );
-        for (block, &mask) in blocks.zip(&self.masks) {
+        for (block, &mask) in self.masks.iter().enumerate() {
             let mut left = mask;
             while left != 0 {
-                places.push(block * BLOCK + left.trailing_zeros() as usize);
+                visit(block * BLOCK + left.trailing_zeros() as usize);
                 left &= left - 1;
             }
         }
@@ -217,6 +224,7 @@ impl Covers {
         self.expanded.clear();
         self.clusters.clear();
         self.of_clusters.clear();
+        self.eyes.clear();
         for &(object, footprint) in objects {
             self.objects.push(object);
             self.within.push(footprint);
@@ -229,8 +237,8 @@ impl Covers {
     }
 
     /// The cluster at a place.
-    pub fn cluster(&self, place: usize) -> Option<&Cover> {
-        self.clusters[place].as_ref()
+    pub fn cluster(&self, place: usize) -> &Cover {
+        &self.clusters[place]
     }
 
     /// Finds the place of a cluster of another object than `of` that covers a sample; of several, the largest on screen for what
@@ -247,8 +255,9 @@ impl Covers {
         let mut clusters = std::mem::take(&mut self.clusters_over);
         objects.clear();
         clusters.clear();
-        let all = 0..self.objects.len();
-        self.of_objects.over(level, all, sample, &mut objects);
+        let all = 0..self.of_objects.blocks.len();
+        self.of_objects
+            .over(level, all, sample, |object| objects.push(object));
         let eye = screen.camera().eye();
         let is_perspective = is_perspective(screen);
         for &object in &objects {
@@ -268,12 +277,19 @@ impl Covers {
             if self.expanded[object].is_none() {
                 self.expand(frame, screen, object);
             }
-            if let Some(expanded) = &self.expanded[object] {
-                let range = expanded.clusters.clone();
-                self.of_clusters.over(level, range, sample, &mut clusters);
+            let Some(expanded) = &self.expanded[object] else {
+                continue;
+            };
+            let (first, count) = (expanded.clusters.start, expanded.clusters.len());
+            if count == 1 {
+                clusters.push(first);
+            } else {
+                let blocks = expanded.first_block..expanded.first_block + count.div_ceil(BLOCK);
+                self.of_clusters
+                    .over(level, blocks, sample, |i| clusters.push(first + i));
             }
         }
-        let worth = |&place: &usize| self.cluster(place).map_or(0, Cover::worth);
+        let worth = |&place: &usize| self.clusters[place].worth();
         clusters.sort_unstable_by_key(|place| (Reverse(worth(place)), *place));
         let mut places = clusters.iter().copied();
         let found = places.find(|&place| self.covers(frame, place, sample));
@@ -284,16 +300,14 @@ impl Covers {
 
     /// Whether what is to be drawn of a cluster covers a sample.
     pub fn covers(&mut self, frame: &Frame<'_>, place: usize, sample: Sample) -> bool {
-        let Some(&Cover {
+        let &Cover {
             id,
             object,
             footprint,
+            is_taken,
             ..
-        }) = self.cluster(place)
-        else {
-            return false;
-        };
-        if !may_cover(footprint, sample) {
+        } = self.cluster(place);
+        if is_taken || !may_cover(footprint, sample) {
             return false;
         }
         let mesh = frame
@@ -308,10 +322,12 @@ impl Covers {
         } else {
             expanded.single_sided
         };
-        if let Some((eye, rays)) = &expanded.eye
-            && !may_be_in(rays, *eye, &mesh.clusters()[cluster].bounds(), sample)
-        {
-            return false;
+        if let Some(eye) = expanded.eye {
+            let (eye, rays) = &self.eyes[eye as usize];
+            let bounds = mesh.clusters()[cluster].bounds();
+            if !may_be_in(rays, *eye, &bounds, sample) {
+                return false;
+            }
         }
         let at = [sample.column, sample.row];
         let geometry = mesh.geometry(cluster).for_loops();
@@ -322,7 +338,7 @@ impl Covers {
 
     /// Takes the cluster at a place away, which is drawn.
     pub fn take(&mut self, place: usize) {
-        self.of_clusters.remove(place);
+        self.clusters[place].is_taken = true;
     }
 
     fn expand(&mut self, frame: &Frame<'_>, screen: &Screen, object: usize) {
@@ -330,26 +346,29 @@ impl Covers {
         let from_local = screen.screen_from_local(place);
         let first = self.clusters.len();
         self.find_clusters(frame, screen, object, &from_local);
-        for cluster in self.clusters[first..].iter().flatten() {
-            self.of_clusters.push(cluster.footprint);
-        }
         let clusters = first..self.clusters.len();
-        let are_several = clusters.len() > 1;
-        if clusters.is_empty() {
-            self.of_objects.remove(object);
+        let first_block = self.of_clusters.blocks.len();
+        let mut eye = None;
+        if clusters.len() > 1 {
+            for cluster in &self.clusters[clusters.clone()] {
+                self.of_clusters.push(cluster.footprint);
+            }
+            self.of_clusters.end_block();
+            if is_perspective(screen) {
+                eye = Some(self.eyes.len() as u32);
+                self.eyes.push(rays_from_eye(screen, place, &from_local));
+            }
         }
-        self.of_clusters.end_block();
-        self.clusters.resize(self.of_clusters.count, None);
         self.expanded[object] = Some(Expanded {
             clusters,
+            first_block,
             screen: from_local,
             single_sided: if is_mirroring(place) {
                 CullMode::Front
             } else {
                 CullMode::Back
             },
-            eye: (are_several && is_perspective(screen))
-                .then(|| rays_from_eye(screen, place, &from_local)),
+            eye,
         });
     }
 
@@ -396,12 +415,13 @@ impl Covers {
             };
             let is_drawn = drawn.next_if_eq(&&id).is_some();
             if footprint != Footprint::Nowhere && !is_drawn {
-                self.clusters.push(Some(Cover {
+                self.clusters.push(Cover {
                     id,
                     object: index,
                     triangles: u32::from(cluster.triangle_count),
                     footprint,
-                }));
+                    is_taken: false,
+                });
             }
         }
     }

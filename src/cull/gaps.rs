@@ -8,7 +8,7 @@
 //! This is multi-pass culling (HOM §2.1.4) with passes as small as they can be.
 
 use super::Frame;
-use super::covers::{Cover, Covers, Sample};
+use super::covers::{Covers, Sample};
 use super::draw::Drawn;
 use super::rounds::{EVERYTHING, RoundMemory, draw_waiting};
 use super::test::{are_clusters_hidden, is_hidden};
@@ -17,9 +17,6 @@ use crate::occlusion::{Footprint, OcclusionBuffer, SampleRect};
 
 /// So many objects are looked at before what might cover them is drawn: others are often seen through the same gap.
 const LOOKED_AT_TOGETHER: usize = 32;
-
-/// After so many passes, what still shows is visible.
-const MOST_PASSES: usize = 64;
 
 /// Memory that is kept from frame to frame.
 #[derive(Debug, Default)]
@@ -56,23 +53,16 @@ pub fn close_gaps(
     memory.questions.clear();
     let questions = questions.map(|(object, rect)| Question { object, rect });
     memory.questions.extend(questions);
-    if memory.questions.is_empty() {
-        return;
-    }
     memory.covers.begin(undecided, drawn.occluders);
     drawn.statistics.objects_in_question += memory.questions.len() as u64;
-    for _ in 0..MOST_PASSES {
+    // Each pass decides about an object or draws a cluster, and none is drawn twice.
+    while !memory.questions.is_empty() {
         memory.look(frame, buffer, drawn);
         if memory.looked_at.is_empty() {
-            if memory.questions.is_empty() {
-                return;
-            }
             continue;
         }
         for &index in &memory.to_draw {
-            let Some(cover) = memory.covers.cluster(index) else {
-                continue;
-            };
+            let cover = memory.covers.cluster(index);
             let placed = waiting.place(frame, cover.id.object, true, buffer.screen());
             waiting.push(WaitingCluster {
                 placed,
@@ -199,9 +189,7 @@ impl GapMemory {
             !is_hidden
         });
         for &place in &self.to_draw {
-            let Some(&Cover { id, .. }) = self.covers.cluster(place) else {
-                continue;
-            };
+            let id = self.covers.cluster(place).id;
             let mut new = drawn.occluders[first_drawn..].iter();
             if let Some(cluster) = new.find(|new| new.id == id && new.gain > 0) {
                 drawn

@@ -114,16 +114,18 @@ impl Contributions {
         }
         if let Budget::Triangles(most) = budget {
             let mut left = most * QUARTERS_OF_BUDGET / 4;
-            let known = |place: &u32| &self.known[*place as usize];
-            chosen.sort_unstable_by_key(|place| (!known(place).density(), *place));
-            let within = chosen.iter().take_while(|place| {
-                let triangles = u64::from(known(place).triangles);
+            let known = &self.known;
+            chosen.sort_unstable_by_key(|&place| (!known[place as usize].density(), place));
+            let within = chosen.iter().take_while(|&&place| {
+                let triangles = u64::from(known[place as usize].triangles);
                 let fits = triangles <= left;
                 left = left.saturating_sub(triangles);
                 fits
             });
             let count = within.count();
-            chosen.truncate(count);
+            for place in chosen.drain(count..) {
+                self.known[place as usize].fate = Fate::LeftOut;
+            }
             chosen.sort_unstable();
         }
     }
@@ -174,5 +176,77 @@ impl Contributions {
         }
         self.merged.extend(needed);
         std::mem::swap(&mut self.known, &mut self.merged);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn id(object: u32) -> ClusterId {
+        ClusterId { object, cluster: 0 }
+    }
+
+    /// A frame in which a cluster is drawn if it is chosen, and found to be needed if it is not. Whether it was left out.
+    fn frame(memory: &mut Contributions, is_needed: bool) -> bool {
+        let mut chosen = Vec::new();
+        memory.choose(Budget::Auto, &mut chosen);
+        for &place in &chosen {
+            memory.drawn(place, 100);
+        }
+        let is_left_out = chosen.is_empty();
+        if is_left_out && is_needed {
+            memory.needed(id(0), 2, 100);
+        }
+        memory.end_frame();
+        is_left_out
+    }
+
+    #[test]
+    fn what_is_needed_is_left_out_ever_more_seldom() {
+        let mut memory = Contributions::default();
+        memory.needed(id(0), 2, 100);
+        memory.end_frame();
+        let left_out: Vec<usize> = (0..600).filter(|_| frame(&mut memory, true)).collect();
+        let pauses: Vec<usize> = left_out.windows(2).map(|w| w[1] - w[0] - 1).collect();
+        assert_eq!(pauses[..2], [64, 128]);
+        assert!(pauses.iter().all(|&pause| pause <= 250));
+        assert_eq!(memory.len(), 1);
+    }
+
+    #[test]
+    fn what_is_not_needed_is_forgotten() {
+        let mut memory = Contributions::default();
+        memory.needed(id(0), 2, 100);
+        memory.end_frame();
+        assert!((0..12).any(|_| frame(&mut memory, false)));
+        assert!(memory.is_empty());
+    }
+
+    #[test]
+    fn what_is_hidden_is_forgotten() {
+        let mut memory = Contributions::default();
+        memory.needed(id(0), 2, 100);
+        memory.end_frame();
+        memory.choose(Budget::Auto, &mut Vec::new());
+        memory.end_frame();
+        assert!(memory.is_empty());
+    }
+
+    #[test]
+    fn a_budget_takes_those_that_hide_most_for_what_they_cost() {
+        let mut memory = Contributions::default();
+        for (object, triangles, gain) in [(0, 60, 600), (1, 10, 900), (2, 10, 100), (3, 20, 1000)] {
+            memory.needed(id(object), triangles, gain);
+        }
+        memory.end_frame();
+        let mut chosen = Vec::new();
+        // Three quarters of it are 30 triangles.
+        memory.choose(Budget::Triangles(40), &mut chosen);
+        let objects: Vec<u32> = chosen
+            .iter()
+            .map(|&place| memory.id(place).object)
+            .collect();
+        assert_eq!(objects, [1, 3]);
     }
 }

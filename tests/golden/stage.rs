@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use antumbra::cull::{Culler, Settings};
 use antumbra::final_pass::{Image, PictureFrame, overlay_image, render_image};
-use antumbra::occluders::DrawnCluster;
+use antumbra::occluders::{Budget, DrawnCluster};
 use antumbra::occlusion::OcclusionBuffer;
 use antumbra::scene::Scene;
 use antumbra::view::{Camera, CameraPath, PictureSize, Projection};
@@ -118,8 +118,10 @@ impl Stage {
     }
 
     fn culler(&self, threads: usize) -> Culler {
+        // Every occluder is drawn, so that a frame does not depend on those before it.
         let settings = Settings {
             threads,
+            budget: Budget::All,
             ..Settings::new(self.size)
         };
         Culler::new(self.scene.clone(), settings).expect("threads")

@@ -119,7 +119,7 @@ mod legend {
         let rows = [
             format!("camera and frustum; objects in it: {in_frustum}"),
             format!(
-                "drawn as occluders: {} clusters, {} triangles",
+                "occluders (stronger: cover more): {} clusters, {} triangles",
                 set.occluders.len(),
                 set.statistics.occluder_triangles
             ),

@@ -59,7 +59,13 @@ pub fn draw(frame: &PictureFrame<'_>, size: PictureSize) -> Image {
     canvas.into_image()
 }
 
-/// The scene's surfaces, those of occluders in their own colour.
+/// How much of its own colour an occluder has that took so many samples over: all of it from a sixteenth of a picture on.
+fn shade_of(gain: u64) -> f64 {
+    let doublings = f64::from(u64::BITS - gain.leading_zeros());
+    (0.25 + 0.75 * doublings / 16.0).min(1.0)
+}
+
+/// The scene's surfaces, those of occluders in their own colour: the stronger, the more they contribute.
 fn draw_scene(frame: &PictureFrame<'_>, bystander: &Bystander) -> Option<Image> {
     let scene = frame.scene;
     let (size, surfaces) = bystander.surfaces(scene, SUPERSAMPLES)?;
@@ -69,8 +75,14 @@ fn draw_scene(frame: &PictureFrame<'_>, bystander: &Bystander) -> Option<Image> 
     for &object in frame.in_frustum {
         colors[object as usize] = INSIDE;
     }
+    let mut gains = vec![None; scene.objects().len()];
     for drawn in &frame.set.occluders {
-        colors[drawn.id.object as usize] = OCCLUDING;
+        *gains[drawn.id.object as usize].get_or_insert(0) += u64::from(drawn.gain);
+    }
+    for (color, gain) in colors.iter_mut().zip(gains) {
+        if let Some(gain) = gain {
+            *color = mix(INSIDE, OCCLUDING, shade_of(gain));
+        }
     }
     let encode = SrgbTable::new();
     let width = size.width();

@@ -119,7 +119,7 @@ mod legend {
         let rows = [
             format!("camera and frustum; objects in it: {in_frustum}"),
             format!(
-                "occluders (stronger: cover more): {} clusters, {} triangles",
+                "occluders by cover: {} clusters, {} triangles",
                 set.occluders.len(),
                 set.statistics.occluder_triangles
             ),

@@ -7,7 +7,10 @@ use super::marks::Marks;
 use super::test::{Kept, LookMemory, TestMemory, look_closely, not_hidden};
 use super::traverse::{self, FrustumMemory, TraverseMemory, not_hidden_so_far};
 use super::{Frame, Remembered, StageTimes, Statistics, VisibleSet, grow, share_of};
-use crate::occluders::{Budget, DrawnCluster, Selection, distance_keys, keep_promising};
+use crate::occluders::{
+    Budget, DrawnCluster, Selection, distance_keys, keep_promising, solid_angle_keys, weight_keys,
+    z_plane_keys,
+};
 use crate::occlusion::{Accuracy, Footprint, OcclusionBuffer};
 use crate::tasks::Work;
 use crate::view::{Camera, Containment, Frustum, Planes};
@@ -27,6 +30,8 @@ pub struct Memory {
     frustum: FrustumMemory,
     traverse: TraverseMemory,
     in_frustum: Vec<u32>,
+    /// Those of them that the last frame names as candidates.
+    of_last: Vec<u32>,
     /// The keys of the occluders in the frustum, as tasks found them.
     candidates: Vec<Vec<u64>>,
     /// The objects that their boxes' rectangles do not hide,
@@ -80,7 +85,18 @@ impl Frame<'_> {
         let frustum = Frustum::new(camera, self.settings.size);
         let in_frustum = &mut memory.in_frustum;
         traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum);
-        let candidates = self.candidates(camera, in_frustum, &mut memory.candidates);
+        let selection = self.settings.occluders;
+        let last = &mut remembered.last;
+        let remembers = matches!(selection, Selection::PreviousVisible | Selection::Coherent);
+        let candidates = if remembers {
+            let of_last = &mut memory.of_last;
+            of_last.clear();
+            let objects = in_frustum.iter().copied();
+            of_last.extend(objects.filter(|&object| last.is_candidate(selection, object)));
+            self.candidates(camera, of_last, &mut memory.candidates)
+        } else {
+            self.candidates(camera, in_frustum, &mut memory.candidates)
+        };
         clock.lap(|times| &mut times.select);
         let mut drawn = Drawn {
             hidden: &mut memory.hidden,
@@ -104,6 +120,9 @@ impl Frame<'_> {
             &mut found.visible,
         );
         found.statistics.objects_tested = memory.test.tested() as u64;
+        if remembers {
+            last.remember(in_frustum, &found.visible);
+        }
     }
 
     /// Draws the clusters that the last frame needed, and then what keeps objects from being seen that were not before.
@@ -119,6 +138,7 @@ impl Frame<'_> {
         let Remembered {
             contributions,
             seen,
+            ..
         } = remembered;
         let VisibleSet {
             visible,
@@ -240,7 +260,17 @@ impl Frame<'_> {
         self.tasks.each(Work::Select, keys, |task, keys| {
             let occludes = |object: &u32| self.occluders.triangles_of(*object) > 0;
             let objects = share_of(objects, share, task).iter().copied();
-            distance_keys(self.scene, camera.eye(), objects.filter(occludes), keys);
+            let objects = objects.filter(occludes);
+            let (scene, eye) = (self.scene, camera.eye());
+            match self.settings.occluders {
+                Selection::ZPlane => z_plane_keys(scene, camera, objects, keys),
+                Selection::SolidAngle => solid_angle_keys(scene, eye, objects, keys),
+                Selection::Weight => weight_keys(scene, camera, objects, keys),
+                Selection::Nearest
+                | Selection::PreviousVisible
+                | Selection::Coherent
+                | Selection::Contribution => distance_keys(scene, eye, objects, keys),
+            }
         });
         let (first, others) = memory.split_at_mut(1);
         for others in &others[..count - 1] {

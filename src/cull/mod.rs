@@ -29,7 +29,7 @@ use std::sync::Arc;
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
-use crate::occluders::{Budget, Contributions, DrawnCluster, Selection};
+use crate::occluders::{Budget, Contributions, DrawnCluster, LastFrame, Selection};
 use crate::occlusion::{Accuracy, OcclusionBuffer};
 use crate::scene::Scene;
 use crate::tasks::{Record, Stage, Tasks, stay_awake};
@@ -113,6 +113,7 @@ struct State {
 pub struct Remembered {
     contributions: Contributions,
     seen: Seen,
+    last: LastFrame,
 }
 
 /// What a frame is made of, but for what it changes.
@@ -247,6 +248,7 @@ impl Remembered {
     fn clear(&mut self) {
         self.contributions.clear();
         self.seen.clear();
+        self.last.clear();
     }
 }
 

@@ -303,6 +303,9 @@ impl Waiting {
         round: &mut Vec<WaitingCluster>,
     ) -> bool {
         self.sort();
+        for left_over in &*round {
+            triangles = triangles.saturating_sub(u64::from(left_over.triangles));
+        }
         while round.len() < most
             && let Some(nearest) = self.sorted.last()
             && nearest >> 32 >= u64::from(horizon)

@@ -3,12 +3,40 @@
 use std::fmt;
 
 mod contribution;
+mod last_frame;
 mod nearest;
 mod promise;
+mod solid_angle;
+mod weight;
+mod z_plane;
 
 pub use contribution::{ClusterId, Contributions};
+pub use last_frame::LastFrame;
 pub use nearest::{distance_keys, object_of, sort_nearest};
 pub use promise::keep_promising;
+pub use solid_angle::solid_angle_keys;
+pub use weight::weight_keys;
+pub use z_plane::z_plane_keys;
+
+use crate::scene::{Aabb, Scene};
+
+/// The key of an object that sorts by a number that is not negative, ties in scene order.
+fn key(number: f32, object: u32) -> u64 {
+    // Bits of floats that are not negative sort as the floats do.
+    u64::from(number.to_bits()) << 32 | u64::from(object)
+}
+
+/// The same, the largest number first.
+fn key_of_largest(number: f32, object: u32) -> u64 {
+    u64::from(!number.to_bits()) << 32 | u64::from(object)
+}
+
+fn objects_and_bounds(
+    scene: &Scene,
+    objects: impl Iterator<Item = u32>,
+) -> impl Iterator<Item = (u32, &Aabb)> {
+    objects.map(|object| (object, &scene.bounds()[object as usize]))
+}
 
 /// How many triangles may be drawn as occluders in a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -27,6 +55,16 @@ pub enum Budget {
 pub enum Selection {
     /// The nearest objects (HOM §7.3.2).
     Nearest,
+    /// Those that begin nearest along the view (HOM §7.3.1).
+    ZPlane,
+    /// Those that look largest.
+    SolidAngle,
+    /// Those that are large, near and turned towards the eye (LOD §5.2).
+    Weight,
+    /// Of those that were visible in the last frame, the nearest (GW §5.2).
+    PreviousVisible,
+    /// The nearest of those and of what has entered the frustum (HOM §7.4, equation 7.1).
+    Coherent,
     /// The clusters that added most in the frames before, and what came into view.
     #[default]
     Contribution,
@@ -34,12 +72,25 @@ pub enum Selection {
 
 impl Selection {
     /// All of them.
-    pub const ALL: [Selection; 2] = [Selection::Nearest, Selection::Contribution];
+    pub const ALL: [Selection; 7] = [
+        Selection::Nearest,
+        Selection::ZPlane,
+        Selection::SolidAngle,
+        Selection::Weight,
+        Selection::PreviousVisible,
+        Selection::Coherent,
+        Selection::Contribution,
+    ];
 
     /// Its name on the command line and in reports.
     pub fn name(self) -> &'static str {
         match self {
             Selection::Nearest => "nearest",
+            Selection::ZPlane => "z-plane",
+            Selection::SolidAngle => "solid-angle",
+            Selection::Weight => "weight",
+            Selection::PreviousVisible => "previous-visible",
+            Selection::Coherent => "coherent",
             Selection::Contribution => "contribution",
         }
     }

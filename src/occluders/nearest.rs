@@ -5,6 +5,7 @@
 
 use glam::DVec3;
 
+use super::key;
 use crate::scene::Scene;
 
 /// Finds keys that sort objects by the distance of their boxes from the eye, nearest first, ties in scene order.
@@ -18,8 +19,7 @@ pub fn distance_keys(
     keys.extend(objects.map(|object| {
         let bounds = &scene.bounds()[object as usize];
         let distance = (eye.clamp(bounds.min, bounds.max) - eye).length_squared();
-        // Bits of floats that are not negative sort as the floats do.
-        u64::from((distance as f32).to_bits()) << 32 | u64::from(object)
+        key(distance as f32, object)
     }));
 }
 

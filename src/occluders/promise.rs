@@ -1,11 +1,12 @@
 //! Selection by promise: what a frame that remembers nothing draws first.
 //!
-//! What an object may hide is bounded by its solid angle, which HOM §7.3.2 estimates by the area of its box over the square of
-//! its distance. What it costs grows with its triangles, but less than with their number: large meshes have large triangles, too.
+//! What an object may hide is bounded by its solid angle. What it costs grows with its triangles, but less than with their
+//! number: large meshes have large triangles, too.
 
 use glam::DVec3;
 
 use super::object_of;
+use super::solid_angle::solid_angle;
 use crate::scene::Scene;
 
 /// Keeps the `count` keys ([`distance_keys`](super::distance_keys)) whose objects promise most for what they cost, in any order;
@@ -21,13 +22,7 @@ pub fn keep_promising(
         return;
     }
     let promise = |object: u32| {
-        let bounds = &scene.bounds()[object as usize];
-        let size = bounds.size();
-        let area = size.x * size.y + size.y * size.z + size.z * size.x;
-        // An eye within the box is near it, however far from its middle.
-        let to_middle = (bounds.center() - eye).length_squared();
-        let to_nearest = (eye.clamp(bounds.min, bounds.max) - eye).length_squared();
-        let angle = area / (to_middle + to_nearest);
+        let angle = solid_angle(&scene.bounds()[object as usize], eye);
         (angle * angle / f64::from(triangles_of(object).max(1))) as f32
     };
     let mut by_promise: Vec<(u32, u64)> = keys

@@ -226,7 +226,13 @@ fn never_culls_what_owns_a_pixel() {
             1 => Budget::All,
             _ => Budget::Auto,
         };
+        // Half of them by contribution.
+        let occluders = match round % 16 {
+            of_papers @ 0..7 => Selection::ALL[of_papers],
+            _ => Selection::Contribution,
+        };
         let settings = Settings {
+            occluders,
             budget,
             ..settings(size)
         };

@@ -71,7 +71,12 @@ pub fn draw_occluders(
     drawn: &mut Drawn<'_>,
 ) {
     let mut before_look = OBJECTS_BEFORE_LOOK;
-    let mut per_batch = OBJECTS_PER_BATCH;
+    let mut per_batch = if frame.settings.occluders.is_by_distance() {
+        OBJECTS_PER_BATCH
+    } else {
+        // A batch is drawn nearest first, and a budget is to be spent in the order of the selection.
+        1
+    };
     memory.begin();
     memory.done.clear();
     let done = drawn.occluders.iter().map(|cluster| cluster.id);
@@ -105,7 +110,9 @@ pub fn draw_occluders(
         );
         candidates.retain(|&key| !drawn.hidden.has(object_of(key)));
         before_look *= MORE_BEFORE_NEXT_LOOK;
-        per_batch = MOST_PER_BATCH.min(2 * per_batch);
+        if per_batch > 1 {
+            per_batch = MOST_PER_BATCH.min(2 * per_batch);
+        }
     }
 }
 
@@ -140,7 +147,12 @@ fn draw_batch(
     } = memory;
     let hide = |object: u32| drawn.hidden.set(object);
     waiting.add(frame, to_draw, done, buffer, hide);
-    draw_until(nearness(farthest), frame, buffer, memory, drawn)
+    let horizon = if frame.settings.occluders.is_by_distance() {
+        nearness(farthest)
+    } else {
+        EVERYTHING
+    };
+    draw_until(horizon, frame, buffer, memory, drawn)
 }
 
 /// Draws the clusters that are remembered.

@@ -82,6 +82,14 @@ impl Selection {
         Selection::Contribution,
     ];
 
+    /// Whether objects are taken nearest first.
+    pub fn is_by_distance(self) -> bool {
+        !matches!(
+            self,
+            Selection::ZPlane | Selection::SolidAngle | Selection::Weight
+        )
+    }
+
     /// Its name on the command line and in reports.
     pub fn name(self) -> &'static str {
         match self {

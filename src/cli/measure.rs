@@ -6,7 +6,7 @@ use antumbra::measure::{MeasureSettings, Prediction, Report, run};
 use clap::Args;
 
 use super::failure::Failure;
-use super::options::{CullOptions, FrameOptions, load_path, load_scene};
+use super::options::{CullOptions, FrameOptions, OccluderOptions, load_path, load_scene};
 use super::output::{count_of, percent, say};
 use super::progress;
 use super::render::{file_name, no_threads};
@@ -33,6 +33,9 @@ pub struct Measure {
 
     #[command(flatten)]
     cull: CullOptions,
+
+    #[command(flatten)]
+    occluders: OccluderOptions,
 
     #[command(flatten)]
     frames: FrameOptions,
@@ -62,7 +65,7 @@ impl Measure {
     /// Measures, and reports.
     pub fn run(self) -> Result<(), Failure> {
         let settings = MeasureSettings {
-            cull: self.cull.settings()?,
+            cull: self.occluders.of(self.cull.settings()?),
             cold: self.cold,
             every: self.frames.every.get(),
             simulate_threads: self.simulate_threads,

@@ -14,6 +14,8 @@ mod output;
 mod outside;
 mod progress;
 mod render;
+mod sweep;
+mod sweep_chart;
 
 use std::process::ExitCode;
 
@@ -31,6 +33,7 @@ Examples:
   antumbra demo
   antumbra render castle.glb --overlay --out pictures
   antumbra measure castle.glb --path castle.path.json
+  antumbra sweep castle.glb --path castle.walk.json --every 8
   antumbra generate city -o city.glb";
 
 /// Occlusion culling on the CPU: which objects of a scene can a camera see?
@@ -47,6 +50,7 @@ enum Command {
     Demo(demo::Demo),
     Render(render::Render),
     Measure(measure::Measure),
+    Sweep(sweep::Sweep),
     Generate(generate::Generate),
     Info(info::Info),
 }
@@ -57,6 +61,7 @@ pub fn run() -> ExitCode {
         Command::Demo(demo) => demo.run(),
         Command::Render(render) => render.run(),
         Command::Measure(measure) => measure.run(),
+        Command::Sweep(sweep) => sweep.run(),
         Command::Generate(generate) => generate.run(),
         Command::Info(info) => info.run(),
     };

@@ -25,7 +25,7 @@ pub enum AccuracyName {
     Approximate,
 }
 
-/// How to cull.
+/// How to cull, but for the choice of occluders.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct CullOptions {
     /// Size of the picture in pixels
@@ -40,14 +40,6 @@ pub struct CullOptions {
     #[arg(long, value_name = "PX", default_value_t = 64)]
     pub hole: u32,
 
-    /// How occluders are chosen
-    #[arg(long, value_name = "SELECTION", default_value = "contribution", value_parser = selections())]
-    pub occluders: Selection,
-
-    /// Triangles that may be drawn as occluders in a frame: a number, all, or auto: those that pay
-    #[arg(long, value_name = "TRIANGLES|all|auto", default_value = "auto", value_parser = parse_budget)]
-    pub budget: Budget,
-
     /// Threads to use [default: as many as the machine runs at once]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
@@ -55,6 +47,29 @@ pub struct CullOptions {
     /// Instruction set: scalar, sse4.2, avx2, avx512 or neon [default: the best that is there]
     #[arg(long, value_name = "LEVEL")]
     pub simd: Option<Level>,
+}
+
+/// Which occluders to draw.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct OccluderOptions {
+    /// How occluders are chosen
+    #[arg(long, value_name = "SELECTION", default_value = "contribution", value_parser = selections())]
+    pub occluders: Selection,
+
+    /// Triangles that may be drawn as occluders in a frame: a number, all, or auto: those that pay
+    #[arg(long, value_name = "TRIANGLES|all|auto", default_value = "auto", value_parser = parse_budget)]
+    pub budget: Budget,
+}
+
+impl OccluderOptions {
+    /// These settings, with occluders so chosen.
+    pub fn of(self, settings: Settings) -> Settings {
+        Settings {
+            occluders: self.occluders,
+            budget: self.budget,
+            ..settings
+        }
+    }
 }
 
 impl CullOptions {
@@ -73,8 +88,6 @@ impl CullOptions {
         };
         Ok(Settings {
             accuracy,
-            occluders: self.occluders,
-            budget: self.budget,
             threads: self.threads.map_or(0, usize::from),
             level,
             ..Settings::new(self.size)

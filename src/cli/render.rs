@@ -10,7 +10,9 @@ use antumbra::view::{Camera, CameraPath};
 use clap::Args;
 
 use super::failure::Failure;
-use super::options::{CullOptions, FrameOptions, load_path, load_scene, make_folder};
+use super::options::{
+    CullOptions, FrameOptions, OccluderOptions, load_path, load_scene, make_folder,
+};
 use super::output::{count_of, percent, say, thousands};
 use super::outside::camera_outside;
 use super::progress;
@@ -51,13 +53,16 @@ pub struct Render {
     cull: CullOptions,
 
     #[command(flatten)]
+    occluders: OccluderOptions,
+
+    #[command(flatten)]
     frames: FrameOptions,
 }
 
 impl Render {
     /// Draws all frames.
     pub fn run(self) -> Result<(), Failure> {
-        let settings = self.cull.settings()?;
+        let settings = self.occluders.of(self.cull.settings()?);
         let path = self.path.as_deref().map(load_path).transpose()?;
         let scene = load_scene(&self.scene)?;
         let path = match path {

@@ -101,8 +101,8 @@ pub struct Culler {
 struct State {
     scene: Arc<Scene>,
     settings: Settings,
-    occluders: Occluders,
-    subtrees: Subtrees,
+    occluders: Arc<Occluders>,
+    subtrees: Arc<Subtrees>,
     buffer: Option<OcclusionBuffer>,
     remembered: Remembered,
     memory: Memory,
@@ -147,11 +147,46 @@ impl Culler {
         let pool = ThreadPoolBuilder::new()
             .num_threads(settings.threads)
             .build()?;
-        let occluders = pool.install(|| Occluders::new(&scene));
-        Ok(Culler {
+        let occluders = pool.install(|| Arc::new(Occluders::new(&scene)));
+        let subtrees = Arc::new(Subtrees::new(&scene));
+        Ok(Culler::prepared(pool, scene, settings, occluders, subtrees))
+    }
+
+    /// Another culler for the same scene, with other settings and nothing remembered; what is known of the scene is shared.
+    ///
+    /// # Errors
+    /// If the operating system gives no threads.
+    pub fn another(&self, settings: Settings) -> Result<Culler, ThreadPoolBuildError> {
+        let pool = ThreadPoolBuilder::new()
+            .num_threads(settings.threads)
+            .build()?;
+        let State {
+            scene,
+            occluders,
+            subtrees,
+            ..
+        } = &self.state;
+        let (scene, occluders) = (scene.clone(), occluders.clone());
+        Ok(Culler::prepared(
+            pool,
+            scene,
+            settings,
+            occluders,
+            subtrees.clone(),
+        ))
+    }
+
+    fn prepared(
+        pool: ThreadPool,
+        scene: Arc<Scene>,
+        settings: Settings,
+        occluders: Arc<Occluders>,
+        subtrees: Arc<Subtrees>,
+    ) -> Culler {
+        Culler {
             pool: (pool.current_num_threads() > 1).then_some(pool),
             state: State {
-                subtrees: Subtrees::new(&scene),
+                subtrees,
                 scene,
                 settings,
                 occluders,
@@ -159,7 +194,7 @@ impl Culler {
                 remembered: Remembered::default(),
                 memory: Memory::default(),
             },
-        })
+        }
     }
 
     /// The scene.

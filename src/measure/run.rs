@@ -11,7 +11,6 @@ use super::{
     ideal_box_test, ideal_face_test,
 };
 use crate::cull::{Culler, Remembered, Settings, VisibleSet};
-use crate::occluders::Budget;
 use crate::occlusion::Accuracy;
 use crate::scene::Scene;
 use crate::view::{Camera, CameraPath};
@@ -107,11 +106,7 @@ fn describe(settings: &MeasureSettings, threads: usize) -> SettingsReport {
         accuracy: accuracy.into(),
         hole,
         occluders: occluders.to_string(),
-        budget: match budget {
-            Budget::All => "all".into(),
-            Budget::Auto => "auto".into(),
-            Budget::Triangles(triangles) => triangles.to_string(),
-        },
+        budget: budget.to_string(),
         cold: settings.cold,
         depth: "no-background".into(),
         map_scale: 1,

@@ -104,6 +104,16 @@ impl Selection {
     }
 }
 
+impl fmt::Display for Budget {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Budget::All => f.pad("all"),
+            Budget::Auto => f.pad("auto"),
+            Budget::Triangles(triangles) => write!(f, "{triangles}"),
+        }
+    }
+}
+
 impl fmt::Display for Selection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(self.name())

@@ -1,0 +1,63 @@
+//! `sweep` compares the ways to choose occluders, and leaves a chart and its figures.
+
+mod cli;
+
+use cli::{Folder, stdout, succeed};
+use serde_json::Value;
+
+#[test]
+fn a_sweep_leaves_a_chart_and_its_figures() {
+    let folder = Folder::new("sweep").with_scene();
+    let (scene, path) = (folder.file("yard.obj"), folder.file("yard.path.json"));
+    let out = folder.file("swept");
+    let said = succeed(&[
+        "sweep",
+        &scene,
+        "--path",
+        &path,
+        "--size",
+        "320x192",
+        "--budgets",
+        "2,12",
+        "--out",
+        &out,
+    ]);
+    let read = |file: &str| std::fs::read_to_string(format!("{out}/{file}")).expect(file);
+    let swept: Value = serde_json::from_str(&read("sweep.json")).expect("JSON");
+    let points = swept["points"].as_array().expect("a list");
+    // Seven selections, each with two budgets and without one; contribution also with its own.
+    assert_eq!(points.len(), 7 * 3 + 1);
+    for point in points {
+        assert_eq!(point["false_culls"], 0, "{point}");
+        let budget = point["budget"].as_str().expect("a name");
+        if let Ok(most) = budget.parse::<f64>() {
+            assert!(
+                point["occluder_triangles"].as_f64() <= Some(most),
+                "{point}"
+            );
+        }
+    }
+    let names: Vec<&str> = points
+        .iter()
+        .filter(|point| point["budget"] == "all")
+        .map(|point| point["occluders"].as_str().expect("a name"))
+        .collect();
+    assert_eq!(
+        names,
+        [
+            "nearest",
+            "z-plane",
+            "solid-angle",
+            "weight",
+            "previous-visible",
+            "coherent",
+            "contribution"
+        ]
+    );
+    assert_eq!(read("sweep.csv").lines().count(), 1 + points.len());
+    let chart = read("sweep.svg");
+    for name in names {
+        assert!(chart.contains(name), "{name} is not in the chart");
+        assert!(stdout(&said).contains(name));
+    }
+}

@@ -3,7 +3,6 @@
 //! Objects are looked through by their boxes' rectangles. The clusters of one are only projected when its rectangle holds a
 //! sample that somebody asks about.
 
-use std::cmp::Reverse;
 use std::ops::Range;
 
 use antumbra_simd::covering::{BLOCK, RectangleBlock, covering};
@@ -44,23 +43,23 @@ pub struct Cover {
     pub triangles: u32,
     /// Where it may be drawn.
     pub footprint: Footprint,
+    /// The larger, the more it may cover for what it costs to draw.
+    worth: u32,
     /// Whether it is drawn by now.
     is_taken: bool,
 }
 
-impl Cover {
-    /// The larger, the more it may cover for what it costs to draw.
-    fn worth(&self) -> u64 {
-        let area = match self.footprint {
-            Footprint::Nowhere => 0,
-            // More than any picture.
-            Footprint::Unbounded => 1 << 40,
-            Footprint::Within(SampleRect { x, y, .. }) => {
-                (x[1] - x[0] + 1) as u64 * (y[1] - y[0] + 1) as u64
-            }
-        };
-        area / u64::from(self.triangles)
-    }
+/// How much a cluster may cover for what it costs to draw: samples a triangle.
+fn worth(footprint: Footprint, triangles: u32) -> u32 {
+    let area = match footprint {
+        Footprint::Nowhere => 0,
+        // As much as a picture can have.
+        Footprint::Unbounded => u32::MAX,
+        Footprint::Within(SampleRect { x, y, .. }) => {
+            (x[1] - x[0] + 1) as u32 * (y[1] - y[0] + 1) as u32
+        }
+    };
+    area / triangles
 }
 
 /// Clusters that might cover something; keeps its memory from frame to frame.
@@ -289,13 +288,19 @@ impl Covers {
                     .over(level, blocks, sample, |i| clusters.push(first + i));
             }
         }
-        let worth = |&place: &usize| self.clusters[place].worth();
-        clusters.sort_unstable_by_key(|place| (Reverse(worth(place)), *place));
-        let mut places = clusters.iter().copied();
-        let found = places.find(|&place| self.covers(frame, place, sample));
+        let mut best = None;
+        let mut most = 0;
+        for &place in &clusters {
+            // What is not worth more need not be asked.
+            let worth = self.clusters[place].worth;
+            if (best.is_none() || worth > most) && self.covers(frame, place, sample) {
+                best = Some(place);
+                most = worth;
+            }
+        }
         self.objects_over = objects;
         self.clusters_over = clusters;
-        found
+        best
     }
 
     /// Whether what is to be drawn of a cluster covers a sample.
@@ -420,6 +425,7 @@ impl Covers {
                     object: index,
                     triangles: u32::from(cluster.triangle_count),
                     footprint,
+                    worth: worth(footprint, u32::from(cluster.triangle_count)),
                     is_taken: false,
                 });
             }

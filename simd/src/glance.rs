@@ -110,22 +110,44 @@ impl Rays {
     }
 }
 
-/// Whether the ray through a sample may meet something in a box, along the axes, that is nearer than a depth. The rays begin at
-/// the eye, and the answer is not exact: the ray or the depth may miss by a few roundings.
-pub fn may_be_before(rays: &Rays, slabs: &Slabs, [column, row]: [i32; 2], depth: f64) -> bool {
-    let (column, row) = (f64::from(column), f64::from(row));
-    let at = |[first, across, down]: [f64; 3]| first + (across * column + down * row);
-    let (mut entry, mut exit) = (0.0, f64::INFINITY);
-    for axis in 0..3 {
-        // A ray along a face of the box passes through it nowhere, or from minus to plus infinity; NaN is neither.
-        let time = 1.0 / at(rays.direction.map(|v| v[axis]));
-        let (low, high) = (slabs.low[axis] * time, slabs.high[axis] * time);
-        let (first, last) = if low < high { (low, high) } else { (high, low) };
-        entry = greater(first, entry);
-        exit = lesser(last, exit);
+/// The ray through a sample, ready to be asked about many boxes along the axes. It begins at the eye, and the answers are not
+/// exact: the ray or a depth may miss by a few roundings.
+#[derive(Clone, Copy, Debug)]
+pub struct Ray {
+    /// One over the direction.
+    time: Vector,
+    /// D and W at the eye, and along the direction.
+    depth: [f64; 2],
+    w: [f64; 2],
+}
+
+impl Ray {
+    /// That of a sample.
+    pub fn through(rays: &Rays, [column, row]: [i32; 2]) -> Ray {
+        let (column, row) = (f64::from(column), f64::from(row));
+        let at = |[first, across, down]: [f64; 3]| first + (across * column + down * row);
+        let [a, b, c] = rays.direction;
+        Ray {
+            // Along a face of a box it passes through it nowhere, or from minus to plus infinity; NaN is neither.
+            time: std::array::from_fn(|axis| 1.0 / at([a[axis], b[axis], c[axis]])),
+            depth: rays.depth.map(at),
+            w: rays.w.map(at),
+        }
     }
-    let [d, w] = [&rays.depth, &rays.w].map(|[start, along]| at(*start) + at(*along) * entry);
-    entry <= exit && (entry == 0.0 || d >= depth * w)
+
+    /// Whether it may meet something between two corners of a box, counted from the eye, that is nearer than a depth.
+    #[inline]
+    pub fn may_be_before(&self, low: Vector, high: Vector, depth: f64) -> bool {
+        let (mut entry, mut exit) = (0.0, f64::INFINITY);
+        for axis in 0..3 {
+            let (low, high) = (low[axis] * self.time[axis], high[axis] * self.time[axis]);
+            let (first, last) = if low < high { (low, high) } else { (high, low) };
+            entry = greater(first, entry);
+            exit = lesser(last, exit);
+        }
+        let [d, w] = [self.depth, self.w].map(|[start, along]| start + along * entry);
+        entry <= exit && (entry == 0.0 || d >= depth * w)
+    }
 }
 
 /// The rays as a box's planes see them.

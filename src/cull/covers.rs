@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 use antumbra_simd::covering::{BLOCK, RectangleBlock, covering};
-use antumbra_simd::glance::{Rays, Slabs, may_be_before};
+use antumbra_simd::glance::{Ray, Rays};
 use antumbra_simd::pierce::{PierceMemory, pierce};
 use antumbra_simd::triangle::CullMode;
 use antumbra_simd::vertex::ScreenTransform;
@@ -183,16 +183,10 @@ fn is_perspective(screen: &Screen) -> bool {
     matches!(screen.camera().projection(), Projection::Perspective { .. })
 }
 
-/// Whether the ray through a sample may meet something in a box that hides what is asked about; in the coordinates of the box,
-/// its eye and its rays.
-fn may_be_in(rays: &Rays, eye: DVec3, bounds: &Aabb, sample: Sample) -> bool {
-    let slabs = Slabs {
-        normals: None,
-        low: (bounds.min - eye).to_array(),
-        high: (bounds.max - eye).to_array(),
-    };
-    let at = [sample.column, sample.row];
-    may_be_before(rays, &slabs, at, f64::from(sample.depth))
+/// Whether a ray may meet something in a box that hides what is asked about; both in the coordinates of the box.
+fn may_be_in(ray: &Ray, eye: DVec3, bounds: &Aabb, sample: Sample) -> bool {
+    let (low, high) = (bounds.min - eye, bounds.max - eye);
+    ray.may_be_before(low.to_array(), high.to_array(), f64::from(sample.depth))
 }
 
 /// The eye in an object's local coordinates, and the rays from there in these coordinates.
@@ -257,19 +251,17 @@ impl Covers {
         let all = 0..self.of_objects.blocks.len();
         self.of_objects
             .over(level, all, sample, |object| objects.push(object));
+        let at = [sample.column, sample.row];
         let eye = screen.camera().eye();
-        let is_perspective = is_perspective(screen);
+        let ray = is_perspective(screen).then(|| Ray::through(screen.rays(), at));
         for &object in &objects {
             let number = self.objects[object];
+            let bounds = &frame.scene.bounds()[number as usize];
             // Most rays that pass through the rectangle miss the box, or enter it behind what is to be hidden.
             let may_cover = number != of
-                && (!is_perspective
-                    || may_be_in(
-                        screen.rays(),
-                        eye,
-                        &frame.scene.bounds()[number as usize],
-                        sample,
-                    ));
+                && ray
+                    .as_ref()
+                    .is_none_or(|ray| may_be_in(ray, eye, bounds, sample));
             if !may_cover {
                 continue;
             }
@@ -284,8 +276,26 @@ impl Covers {
                 clusters.push(first);
             } else {
                 let blocks = expanded.first_block..expanded.first_block + count.div_ceil(BLOCK);
-                self.of_clusters
-                    .over(level, blocks, sample, |i| clusters.push(first + i));
+                let mesh = frame
+                    .occluders
+                    .mesh_of(&frame.scene.objects()[number as usize]);
+                let eye = expanded.eye.map(|eye| {
+                    let (eye, rays) = &self.eyes[eye as usize];
+                    (*eye, Ray::through(rays, at))
+                });
+                self.of_clusters.over(level, blocks, sample, |i| {
+                    let place = first + i;
+                    let may_cover = match (mesh, &eye) {
+                        (Some(mesh), Some((eye, ray))) => {
+                            let cluster = self.clusters[place].id.cluster as usize;
+                            may_be_in(ray, *eye, &mesh.clusters()[cluster].bounds(), sample)
+                        }
+                        _ => true,
+                    };
+                    if may_cover {
+                        clusters.push(place);
+                    }
+                });
             }
         }
         let mut best = None;
@@ -327,13 +337,6 @@ impl Covers {
         } else {
             expanded.single_sided
         };
-        if let Some(eye) = expanded.eye {
-            let (eye, rays) = &self.eyes[eye as usize];
-            let bounds = mesh.clusters()[cluster].bounds();
-            if !may_be_in(rays, *eye, &bounds, sample) {
-                return false;
-            }
-        }
         let at = [sample.column, sample.row];
         let geometry = mesh.geometry(cluster).for_loops();
         let (level, screen) = (frame.settings.level, &expanded.screen);

@@ -16,6 +16,16 @@ const COLORS: [RGBColor; 7] = [
     RGBColor(213, 94, 0),
 ];
 
+/// Numbers that begin with 1, 2 or 5 are written; there is no room for all.
+fn label(number: f64) -> String {
+    let text = format!("{number:.0}");
+    if text.starts_with(['1', '2', '5']) {
+        text
+    } else {
+        String::new()
+    }
+}
+
 /// The chart as SVG.
 ///
 /// # Errors
@@ -25,8 +35,11 @@ pub fn chart(name: &str, swept: &Sweep) -> Result<String, Box<dyn std::error::Er
     let drawn = |p: &SweepPoint| p.occluder_triangles.max(1.0);
     let least = points.iter().map(drawn).fold(f64::INFINITY, f64::min);
     let most = points.iter().map(drawn).fold(1.0, f64::max);
-    let worst = points.iter().map(|p| p.culled_of_hidden);
-    let worst = worst.fold(1.0, f64::min);
+    let culled = points.iter().map(|p| p.culled_of_hidden);
+    let (worst, best) = (
+        culled.clone().fold(1.0, f64::min),
+        culled.fold(0.0, f64::max),
+    );
     let mut picture = String::new();
     {
         let area = SVGBackend::with_string(&mut picture, SIZE).into_drawing_area();
@@ -42,14 +55,14 @@ pub fn chart(name: &str, swept: &Sweep) -> Result<String, Box<dyn std::error::Er
             .y_label_area_size(56)
             .build_cartesian_2d(
                 (least * 0.9..most * 1.1).log_scale(),
-                (worst - 0.02).max(0.0)..1.0,
+                (worst - 0.02).max(0.0)..(best + 0.05).min(1.0),
             )?;
         chart
             .configure_mesh()
             .light_line_style(WHITE)
             .x_desc("triangles drawn as occluders in a frame")
             .y_desc("culled of the hidden")
-            .x_label_formatter(&|x| format!("{x:.0}"))
+            .x_label_formatter(&|&x| label(x))
             .y_label_formatter(&|y| format!("{:.0} %", y * 100.0))
             .label_style(("sans-serif", 15))
             .draw()?;

@@ -3,6 +3,8 @@
 //! A block is [`BLOCK`] × [`BLOCK`] tiles. Its depth is the farthest of its parts if all of its samples are covered; otherwise
 //! nothing is hidden by all of it. The answer of a rectangle's blocks, if it is yes, is the answer of its tiles.
 
+use std::ops::Range;
+
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch};
 
@@ -36,23 +38,28 @@ pub fn find_blocks(level: Level, tiles: Tiles<'_>, depths: &mut Vec<f32>) {
 const PARTS: usize = BLOCK * PARTS_PER_TILE;
 
 fn find_row_plain(coverage: &[u32], rows: &[f32], parts: usize, depths: &mut Vec<f32>) {
-    for first in (0..parts).step_by(PARTS) {
+    depths.extend((0..parts).step_by(PARTS).map(|first| {
         let columns = first..parts.min(first + PARTS);
-        let mut depth = f32::INFINITY;
-        for (coverage, rows) in coverage.chunks(parts).zip(rows.chunks(parts)) {
-            for part in columns.clone() {
-                let of_part = if coverage[part] == u32::MAX {
-                    rows[part]
-                } else {
-                    f32::NEG_INFINITY
-                };
-                if of_part < depth {
-                    depth = of_part;
-                }
+        find_block_plain(coverage, rows, parts, columns)
+    }));
+}
+
+/// The depth of the block in these columns of parts.
+fn find_block_plain(coverage: &[u32], rows: &[f32], parts: usize, columns: Range<usize>) -> f32 {
+    let mut depth = f32::INFINITY;
+    for (coverage, rows) in coverage.chunks(parts).zip(rows.chunks(parts)) {
+        for part in columns.clone() {
+            let of_part = if coverage[part] == u32::MAX {
+                rows[part]
+            } else {
+                f32::NEG_INFINITY
+            };
+            if of_part < depth {
+                depth = of_part;
             }
         }
-        depths.push(depth);
     }
+    depth
 }
 
 #[inline(always)]
@@ -88,21 +95,7 @@ fn find_row_vector<S: Simd>(
         depths.push(depth);
     }
     if whole < parts {
-        let rest = |slice: usize| slice + whole..slice + parts;
-        let mut depth = f32::INFINITY;
-        for row in (0..coverage.len()).step_by(parts) {
-            for part in rest(row) {
-                let of_part = if coverage[part] == u32::MAX {
-                    rows[part]
-                } else {
-                    f32::NEG_INFINITY
-                };
-                if of_part < depth {
-                    depth = of_part;
-                }
-            }
-        }
-        depths.push(depth);
+        depths.push(find_block_plain(coverage, rows, parts, whole..parts));
     }
 }
 

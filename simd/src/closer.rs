@@ -160,16 +160,6 @@ fn is_box_hidden_vector<S: Simd>(
     is_outline_hidden_vector(simd, tiles, &outline, &faces)
 }
 
-/// First and last columns and rows of some samples of a tile, not none.
-fn extent_of(samples: u64) -> [[i32; 2]; 2] {
-    let columns = (0..TILE_SIZE).fold(0, |all, row| all | samples >> (row * TILE_SIZE) & 0xff);
-    let ends = |bits: u64| {
-        let last = u64::BITS - 1 - bits.leading_zeros();
-        [bits.trailing_zeros() as i32, last as i32]
-    };
-    [ends(columns), ends(samples).map(|bit| bit / TILE_SIZE)]
-}
-
 /// An open sample is looked for in so many tiles at most.
 const MOST_TILES: usize = 1024;
 
@@ -218,10 +208,7 @@ pub fn open_sample(
                     (mask & part_mask & near, tiles.near[tile][part]),
                 ];
                 for (samples, depth) in layers.into_iter().filter(|&(samples, _)| samples != 0) {
-                    let [columns, rows] = extent_of(samples);
-                    let [x, y] = sample(0);
-                    let nearest = faces
-                        .nearest_over(columns.map(|column| x + column), rows.map(|row| y + row));
+                    let nearest = faces.nearest_over_samples(samples, tile_x as i32, tile_y);
                     if nearest >= depth {
                         return Some((sample(samples.trailing_zeros()), nearest));
                     }

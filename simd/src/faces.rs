@@ -144,9 +144,14 @@ impl Faces {
     /// by a rectangle.
     #[inline]
     fn are_behind_layer(&self, samples: u64, tile_x: i32, tile_y: i32, depth: f32) -> bool {
-        if samples == 0 || self.nearest < depth {
-            return true;
-        }
+        samples == 0
+            || self.nearest < depth
+            || self.nearest_over_samples(samples, tile_x, tile_y) < depth
+    }
+
+    /// [`Faces::nearest_over`] the rectangle around samples of a tile, not none and all of them in one part.
+    #[inline]
+    pub(crate) fn nearest_over_samples(&self, samples: u64, tile_x: i32, tile_y: i32) -> f32 {
         let first_row = samples.trailing_zeros() as i32 / TILE_SIZE;
         let last_row = (63 - samples.leading_zeros() as i32) / TILE_SIZE;
         let mut columns = samples | samples >> 32;
@@ -160,7 +165,7 @@ impl Faces {
         self.nearest_over(
             [x0 + first_column, x0 + last_column],
             [y0 + first_row, y0 + last_row],
-        ) < depth
+        )
     }
 }
 

@@ -241,6 +241,27 @@ fn at_entry<S: Simd>(
     direction * entry + origin
 }
 
+/// Asks something about rays as a box's planes see them.
+#[inline(always)]
+fn with_crossings<R>(rays: &Rays, slabs: &Slabs, ask: impl Fn(&Crossings<'_>) -> R) -> R {
+    let ask = |start: Option<&[Vector; 3]>, speed: &[Vector; 3]| {
+        ask(&Crossings {
+            rays,
+            slabs,
+            start,
+            speed,
+        })
+    };
+    let (origin, direction) = (rays.origin.as_ref(), &rays.direction);
+    match &slabs.normals {
+        None => ask(origin, direction),
+        Some(normals) => {
+            let along = |v: &[Vector; 3]| v.map(|v| normals.map(|normal| dot(normal, v)));
+            ask(origin.map(along).as_ref(), &along(direction))
+        }
+    }
+}
+
 /// Where a box is looked at, in eighths of its rectangle from left to right, and from top to bottom; as many as the
 /// longest vector has lanes.
 const LOOKS: [[f64; 8]; 2] = [
@@ -256,23 +277,9 @@ pub fn is_seen(
     tiles: LayeredTiles<'_>,
     rectangle: Rectangle,
 ) -> bool {
-    let (origin, direction) = (rays.origin.as_ref(), &rays.direction);
-    let seen_by = |start: Option<&[Vector; 3]>, speed: &[Vector; 3]| {
-        let crossings = Crossings {
-            rays,
-            slabs,
-            start,
-            speed,
-        };
-        is_seen_by(level, &crossings, tiles, rectangle)
-    };
-    match &slabs.normals {
-        None => seen_by(origin, direction),
-        Some(normals) => {
-            let along = |v: &[Vector; 3]| v.map(|v| normals.map(|normal| dot(normal, v)));
-            seen_by(origin.map(along).as_ref(), &along(direction))
-        }
-    }
+    with_crossings(rays, slabs, |crossings| {
+        is_seen_by(level, crossings, tiles, rectangle)
+    })
 }
 
 fn is_seen_by(
@@ -315,23 +322,9 @@ pub fn looks(
     tiles: LayeredTiles<'_>,
     rectangle: Rectangle,
 ) -> Looks {
-    let (origin, direction) = (rays.origin.as_ref(), &rays.direction);
-    let seen_by = |start: Option<&[Vector; 3]>, speed: &[Vector; 3]| {
-        let crossings = Crossings {
-            rays,
-            slabs,
-            start,
-            speed,
-        };
-        looks_by(level, &crossings, tiles, rectangle)
-    };
-    match &slabs.normals {
-        None => seen_by(origin, direction),
-        Some(normals) => {
-            let along = |v: &[Vector; 3]| v.map(|v| normals.map(|normal| dot(normal, v)));
-            seen_by(origin.map(along).as_ref(), &along(direction))
-        }
-    }
+    with_crossings(rays, slabs, |crossings| {
+        looks_by(level, crossings, tiles, rectangle)
+    })
 }
 
 fn looks_by(

@@ -2,12 +2,12 @@
 
 use antumbra_simd::Level;
 use antumbra_simd::boxes::BoxView;
-use antumbra_simd::closer::{LayeredTiles, is_box_hidden, is_outline_hidden};
+use antumbra_simd::closer::{LayeredTiles, is_box_hidden, is_outline_hidden, open_sample};
 use antumbra_simd::covering::{BLOCK, RectangleBlock, covering};
 use antumbra_simd::faces::{FacePlane, Faces};
 use antumbra_simd::glance::{Rays, Slabs, is_seen, looks};
 use antumbra_simd::outline::{Outline, OutlineEdge};
-use antumbra_simd::projected::CornerBox;
+use antumbra_simd::projected::{CornerBox, OnScreen};
 use antumbra_simd::query::Rectangle;
 use antumbra_simd::tile::UNCOVERED;
 use antumbra_simd::vertex::ScreenTransform;
@@ -222,6 +222,7 @@ fn any_box(numbers: &mut Numbers) -> CornerBox {
 fn every_level_gives_the_same_answer_about_a_box() {
     let mut numbers = Numbers(7);
     let mut count = [0; 2];
+    let mut opened = 0;
     for _ in 0..300 {
         let across = numbers.one_of(&[1, 3, 4, 5, 8, 9, 16, 21]);
         let down = 1 + numbers.below(12) as usize;
@@ -255,10 +256,22 @@ fn every_level_gives_the_same_answer_about_a_box() {
                 let answer = is_box_hidden(level, &view, tiles, &b, rectangle);
                 assert_eq!(answer, expected, "{level}: {b:?} {rectangle:?}");
             }
+            // What is not hidden has a sample to show for it, within its rectangle and not covered by anything nearer than what
+            // the box has there; only a box that cannot be projected has none.
+            let open = open_sample(&view, tiles, &b, rectangle);
+            let is_projected = OnScreen::new(&view, &b).is_some();
+            assert_eq!(open.is_some(), !expected && is_projected, "{b:?}");
+            if let Some(([x, y], depth)) = open {
+                let holds = |[first, last]: [i32; 2], v: i32| first <= v && v <= last;
+                assert!(holds(rectangle.x, x) && holds(rectangle.y, y));
+                assert!(!tiles.is_nearer(x, y, depth), "{b:?} {rectangle:?}");
+            }
+            opened += usize::from(open.is_some());
             count[usize::from(expected)] += 1;
         }
     }
     assert!(count[0] > 1_000 && count[1] > 1_000, "{count:?}");
+    assert!(opened > 500, "{opened} of {count:?}");
 }
 
 #[test]

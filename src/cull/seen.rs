@@ -2,7 +2,7 @@
 //!
 //! An object that was seen at many samples will hardly be hidden a frame later: it is taken for visible for some frames, which
 //! never loses anything. And a node of the hierarchy that held such objects will hardly be hidden either, so its children are
-//! asked at once. (Coherence as in Coorg and Teller's and Bittner's hierarchies; HOM §7.4.)
+//! asked at once. (HOM §7.4: temporal coherence.)
 
 use super::test::Kept;
 use super::traverse::Subtrees;
@@ -46,6 +46,8 @@ impl Seen {
         self.trusted_until.clear();
         self.open_in.clear();
         self.trust = 0;
+        self.asked_again = 0;
+        self.hidden_since = 0;
     }
 
     /// Begins a frame.

@@ -149,9 +149,7 @@ fn seen_of(
     if seen == 0 && buffer.hides_aabb_closely(bounds, footprint) {
         return None;
     }
-    let own = frame.scene.own_box(object);
-    let is_hidden = own.is_some_and(|own| buffer.hides_own_box(&own.shape, own.growth, footprint));
-    (!is_hidden).then_some(seen)
+    (!is_hidden_by_own_box(frame, buffer, object, footprint)).then_some(seen)
 }
 
 /// Whether an object is hidden that its world box's footprint alone does not hide: by that box, or by its own.
@@ -161,11 +159,18 @@ pub fn is_hidden(
     object: usize,
     footprint: Footprint,
 ) -> bool {
-    let scene = frame.scene;
-    buffer.hides_aabb_closely(&scene.bounds()[object], footprint)
-        || scene
-            .own_box(object)
-            .is_some_and(|own| buffer.hides_own_box(&own.shape, own.growth, footprint))
+    buffer.hides_aabb_closely(&frame.scene.bounds()[object], footprint)
+        || is_hidden_by_own_box(frame, buffer, object, footprint)
+}
+
+fn is_hidden_by_own_box(
+    frame: &Frame<'_>,
+    buffer: &OcclusionBuffer,
+    object: usize,
+    footprint: Footprint,
+) -> bool {
+    let own = frame.scene.own_box(object);
+    own.is_some_and(|own| buffer.hides_own_box(&own.shape, own.growth, footprint))
 }
 
 /// Whether an object is nothing but several clusters all of which are hidden by their boxes' rectangles.

@@ -65,7 +65,7 @@ pub enum Selection {
     PreviousVisible,
     /// The nearest of those and of what has entered the frustum (HOM §7.4, equation 7.1).
     Coherent,
-    /// The clusters that added most in the frames before, and what came into view.
+    /// The clusters that the frames before needed, and what closes the gaps between them.
     #[default]
     Contribution,
 }

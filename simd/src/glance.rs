@@ -110,24 +110,37 @@ impl Rays {
     }
 }
 
-/// The ray through a sample, ready to be asked about many boxes along the axes. It begins at the eye, and the answers are not
-/// exact: the ray or a depth may miss by a few roundings.
+/// The ray through a sample, ready to be asked about many boxes along the axes. The answers are not exact: the ray or a depth may
+/// miss by a few roundings.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
+    /// A point of it: the eye, if it has one.
+    pub(crate) origin: Vector,
+    /// Where it begins, in multiples of the direction: at the eye, or without end.
+    pub(crate) start: f64,
     /// One over the direction.
-    time: Vector,
-    /// D and W at the eye, and along the direction.
-    depth: [f64; 2],
-    w: [f64; 2],
+    pub(crate) time: Vector,
+    /// D and W at the origin, and along the direction.
+    pub(crate) depth: [f64; 2],
+    pub(crate) w: [f64; 2],
 }
 
 impl Ray {
-    /// That of a sample.
-    pub fn through(rays: &Rays, [column, row]: [i32; 2]) -> Ray {
+    /// That of a sample; `eye` is where coordinates start for rays that all begin there.
+    pub fn through(rays: &Rays, eye: Vector, [column, row]: [i32; 2]) -> Ray {
         let (column, row) = (f64::from(column), f64::from(row));
         let at = |[first, across, down]: [f64; 3]| first + (across * column + down * row);
         let [a, b, c] = rays.direction;
+        let (origin, start) = match rays.origin {
+            None => (eye, 0.0),
+            Some([first, across, down]) => {
+                let origin = std::array::from_fn(|axis| at([first[axis], across[axis], down[axis]]));
+                (sum(eye, origin), f64::NEG_INFINITY)
+            }
+        };
         Ray {
+            origin,
+            start,
             // Along a face of a box it passes through it nowhere, or from minus to plus infinity; NaN is neither.
             time: std::array::from_fn(|axis| 1.0 / at([a[axis], b[axis], c[axis]])),
             depth: rays.depth.map(at),
@@ -135,18 +148,19 @@ impl Ray {
         }
     }
 
-    /// Whether it may meet something between two corners of a box, counted from the eye, that is nearer than a depth.
+    /// Whether it may meet something between two corners of a box that is nearer than a depth.
     #[inline]
     pub fn may_be_before(&self, low: Vector, high: Vector, depth: f64) -> bool {
-        let (mut entry, mut exit) = (0.0, f64::INFINITY);
+        let (mut entry, mut exit) = (self.start, f64::INFINITY);
         for axis in 0..3 {
-            let (low, high) = (low[axis] * self.time[axis], high[axis] * self.time[axis]);
+            let low = (low[axis] - self.origin[axis]) * self.time[axis];
+            let high = (high[axis] - self.origin[axis]) * self.time[axis];
             let (first, last) = if low < high { (low, high) } else { (high, low) };
             entry = greater(first, entry);
             exit = lesser(last, exit);
         }
         let [d, w] = [self.depth, self.w].map(|[start, along]| start + along * entry);
-        entry <= exit && (entry == 0.0 || d >= depth * w)
+        entry <= exit && (entry == self.start || d >= depth * w)
     }
 }
 

@@ -23,6 +23,7 @@
 //! | [`query`] | asks whether a rectangle lies behind what tiles show |
 //! | [`blocks`] | what blocks of tiles hide as a whole, for the sake of large rectangles |
 //! | [`glance`] | looks at a box through one sample |
+//! | [`tree`] | which leaves of a tree of boxes the ray through a sample may enter |
 //! | [`pierce`] | what the ray through a sample meets of a cluster |
 //! | [`covering`] | which of many rectangles hold a sample and may hide what is there |
 //! | [`bounds`] | projects the corners of boxes to the screen |
@@ -61,6 +62,7 @@ pub mod small;
 pub mod spans;
 mod strip_masks;
 pub mod tile;
+pub mod tree;
 pub mod triangle;
 pub mod vertex;
 

@@ -1,13 +1,12 @@
 //! What might cover a sample: clusters of objects that are not known to be hidden, which are not drawn yet.
 //!
-//! Objects are looked through by their boxes' rectangles. The clusters of one are only projected when its rectangle holds a
-//! sample that somebody asks about.
-
-use std::ops::Range;
+//! Objects are looked through by their boxes' rectangles, the clusters of each by the hierarchy above them, and only what the ray
+//! through the sample may meet is projected.
 
 use antumbra_simd::covering::{BLOCK, RectangleBlock, covering};
 use antumbra_simd::glance::{Ray, Rays};
 use antumbra_simd::pierce::{PierceMemory, pierce};
+use antumbra_simd::tree::descend;
 use antumbra_simd::triangle::CullMode;
 use antumbra_simd::vertex::ScreenTransform;
 
@@ -17,8 +16,7 @@ use super::Frame;
 use crate::cull::Level;
 use crate::occluders::{ClusterId, DrawnCluster};
 use crate::occlusion::{Footprint, SampleRect, Screen};
-use crate::prepare::Cluster;
-use crate::scene::{Aabb, is_mirroring};
+use crate::scene::is_mirroring;
 use crate::view::Projection;
 
 /// A sample, and a depth there.
@@ -37,16 +35,14 @@ pub struct Sample {
 pub struct Cover {
     /// Which.
     pub id: ClusterId,
-    /// The place of its object.
-    object: usize,
     /// Its triangles.
     pub triangles: u32,
     /// Where it may be drawn.
     pub footprint: Footprint,
+    /// The place of its object.
+    object: u32,
     /// The larger, the more it may cover for what it costs to draw.
     worth: u32,
-    /// Whether it is drawn by now.
-    is_taken: bool,
 }
 
 /// How much a cluster may cover for what it costs to draw: samples a triangle.
@@ -66,38 +62,34 @@ fn worth(footprint: Footprint, triangles: u32) -> u32 {
 #[derive(Debug, Default)]
 pub struct Covers {
     objects: Vec<u32>,
-    /// The clusters that were drawn to begin with, in the order of their ids.
-    drawn: Vec<ClusterId>,
     /// Where each may be drawn.
     within: Vec<Footprint>,
     of_objects: Rectangles,
     /// What is known of each object, once it is.
-    expanded: Vec<Option<Expanded>>,
-    clusters: Vec<Cover>,
-    /// The rectangles of the clusters of objects that have several; those of each object begin with a block.
-    of_clusters: Rectangles,
-    /// The eyes in the local coordinates of these objects, and rays from there; none where rays begin elsewhere.
-    eyes: Vec<(DVec3, Rays)>,
-    footprints: Vec<Footprint>,
-    /// Objects and clusters whose rectangles hold a sample.
+    placed: Vec<Option<Placed>>,
+    /// The clusters that are drawn, in the order of their ids.
+    drawn: Vec<ClusterId>,
+    /// Objects whose rectangles hold a sample,
     objects_over: Vec<usize>,
-    clusters_over: Vec<usize>,
+    /// clusters of one of them that its ray may meet,
+    entered: Vec<u32>,
+    /// and all of those that might cover it.
+    candidates: Vec<Cover>,
+    footprints: Vec<Footprint>,
+    pending: Vec<(u32, u32)>,
     pierce: PierceMemory,
 }
 
 /// What is known of an object.
-#[derive(Clone, Debug)]
-struct Expanded {
-    /// The places of its clusters.
-    clusters: Range<usize>,
-    /// Where the rectangles of several begin.
-    first_block: usize,
+#[derive(Clone, Copy, Debug)]
+struct Placed {
     /// From its local coordinates to the screen.
     screen: ScreenTransform,
     /// What its single-sided surfaces leave out.
     single_sided: CullMode,
-    /// The place of its eye, if it has one.
-    eye: Option<u32>,
+    /// The eye in its local coordinates, and the rays from there.
+    eye: DVec3,
+    rays: Rays,
 }
 
 /// Footprints in places, structure of arrays.
@@ -112,11 +104,6 @@ impl Rectangles {
     fn clear(&mut self) {
         self.blocks.clear();
         self.count = 0;
-    }
-
-    /// Goes on with a new block.
-    fn end_block(&mut self) {
-        self.count = self.blocks.len() * BLOCK;
     }
 
     fn push(&mut self, footprint: Footprint) {
@@ -138,23 +125,11 @@ impl Rectangles {
         self.count += 1;
     }
 
-    /// Calls `visit` with the number, counted from the first block, of each in some blocks that holds a sample and reaches nearer.
-    fn over(
-        &mut self,
-        level: Level,
-        blocks: Range<usize>,
-        sample: Sample,
-        mut visit: impl FnMut(usize),
-    ) {
+    /// Calls `visit` with the number of each that holds a sample and reaches nearer.
+    fn over(&mut self, level: Level, sample: Sample, mut visit: impl FnMut(usize)) {
         let at = [sample.column, sample.row];
         self.masks.clear();
-        covering(
-            level,
-            &self.blocks[blocks],
-            at,
-            sample.depth,
-            &mut self.masks,
-        );
+        covering(level, &self.blocks, at, sample.depth, &mut self.masks);
         for (block, &mask) in self.masks.iter().enumerate() {
             let mut left = mask;
             while left != 0 {
@@ -179,19 +154,13 @@ fn may_cover(footprint: Footprint, sample: Sample) -> bool {
     }
 }
 
-fn is_perspective(screen: &Screen) -> bool {
-    matches!(screen.camera().projection(), Projection::Perspective { .. })
-}
-
-/// Whether a ray may meet something in a box that hides what is asked about; both in the coordinates of the box.
-fn may_be_in(ray: &Ray, eye: DVec3, bounds: &Aabb, sample: Sample) -> bool {
-    let (low, high) = (bounds.min - eye, bounds.max - eye);
-    ray.may_be_before(low.to_array(), high.to_array(), f64::from(sample.depth))
-}
-
-/// The eye in an object's local coordinates, and the rays from there in these coordinates.
-fn rays_from_eye(screen: &Screen, place: &DAffine3, from_local: &ScreenTransform) -> (DVec3, Rays) {
+/// The eye in an object's local coordinates, and the rays from there in these coordinates. Without perspective there is no eye, and
+/// rays begin anywhere.
+fn local_rays(screen: &Screen, place: &DAffine3, from_local: &ScreenTransform) -> (DVec3, Rays) {
     let camera = screen.camera();
+    if !matches!(camera.projection(), Projection::Perspective { .. }) {
+        return (DVec3::ZERO, Rays::new(from_local));
+    }
     let eye = place.inverse().transform_point3(camera.eye());
     let from_eye = |row: [f64; 4]| [row[0], row[1], row[2], 0.0];
     let rays = Rays::new(&ScreenTransform {
@@ -208,168 +177,11 @@ fn rays_from_eye(screen: &Screen, place: &DAffine3, from_local: &ScreenTransform
     (eye, rays)
 }
 
-impl Covers {
-    /// Forgets all, and begins with some objects within these footprints, and the clusters that are drawn already.
-    pub fn begin(&mut self, objects: &[(u32, Footprint)], drawn: &[DrawnCluster]) {
-        self.objects.clear();
-        self.within.clear();
-        self.of_objects.clear();
-        self.expanded.clear();
-        self.clusters.clear();
-        self.of_clusters.clear();
-        self.eyes.clear();
-        for &(object, footprint) in objects {
-            self.objects.push(object);
-            self.within.push(footprint);
-            self.of_objects.push(footprint);
-        }
-        self.expanded.resize(objects.len(), None);
-        self.drawn.clear();
-        self.drawn.extend(drawn.iter().map(|cluster| cluster.id));
-        self.drawn.sort_unstable();
-    }
-
-    /// The cluster at a place.
-    pub fn cluster(&self, place: usize) -> &Cover {
-        &self.clusters[place]
-    }
-
-    /// Finds the place of a cluster of another object than `of` that covers a sample; of several, the largest on screen for what
-    /// it costs to draw.
-    pub fn find(
-        &mut self,
-        frame: &Frame<'_>,
-        screen: &Screen,
-        sample: Sample,
-        of: u32,
-    ) -> Option<usize> {
-        let level = frame.settings.level;
-        let mut objects = std::mem::take(&mut self.objects_over);
-        let mut clusters = std::mem::take(&mut self.clusters_over);
-        objects.clear();
-        clusters.clear();
-        let all = 0..self.of_objects.blocks.len();
-        self.of_objects
-            .over(level, all, sample, |object| objects.push(object));
-        let at = [sample.column, sample.row];
-        let eye = screen.camera().eye();
-        let ray = is_perspective(screen).then(|| Ray::through(screen.rays(), at));
-        for &object in &objects {
-            let number = self.objects[object];
-            let bounds = &frame.scene.bounds()[number as usize];
-            // Most rays that pass through the rectangle miss the box, or enter it behind what is to be hidden.
-            let may_cover = number != of
-                && ray
-                    .as_ref()
-                    .is_none_or(|ray| may_be_in(ray, eye, bounds, sample));
-            if !may_cover {
-                continue;
-            }
-            if self.expanded[object].is_none() {
-                self.expand(frame, screen, object);
-            }
-            let Some(expanded) = &self.expanded[object] else {
-                continue;
-            };
-            let (first, count) = (expanded.clusters.start, expanded.clusters.len());
-            if count == 1 {
-                clusters.push(first);
-            } else {
-                let blocks = expanded.first_block..expanded.first_block + count.div_ceil(BLOCK);
-                let mesh = frame
-                    .occluders
-                    .mesh_of(&frame.scene.objects()[number as usize]);
-                let eye = expanded.eye.map(|eye| {
-                    let (eye, rays) = &self.eyes[eye as usize];
-                    (*eye, Ray::through(rays, at))
-                });
-                self.of_clusters.over(level, blocks, sample, |i| {
-                    let place = first + i;
-                    let may_cover = match (mesh, &eye) {
-                        (Some(mesh), Some((eye, ray))) => {
-                            let cluster = self.clusters[place].id.cluster as usize;
-                            may_be_in(ray, *eye, &mesh.clusters()[cluster].bounds(), sample)
-                        }
-                        _ => true,
-                    };
-                    if may_cover {
-                        clusters.push(place);
-                    }
-                });
-            }
-        }
-        let mut best = None;
-        let mut most = 0;
-        for &place in &clusters {
-            // What is not worth more need not be asked.
-            let worth = self.clusters[place].worth;
-            if (best.is_none() || worth > most) && self.covers(frame, place, sample) {
-                best = Some(place);
-                most = worth;
-            }
-        }
-        self.objects_over = objects;
-        self.clusters_over = clusters;
-        best
-    }
-
-    /// Whether what is to be drawn of a cluster covers a sample.
-    pub fn covers(&mut self, frame: &Frame<'_>, place: usize, sample: Sample) -> bool {
-        let &Cover {
-            id,
-            object,
-            footprint,
-            is_taken,
-            ..
-        } = self.cluster(place);
-        if is_taken || !may_cover(footprint, sample) {
-            return false;
-        }
-        let mesh = frame
-            .occluders
-            .mesh_of(&frame.scene.objects()[id.object as usize]);
-        let Some((mesh, expanded)) = mesh.zip(self.expanded[object].as_ref()) else {
-            return false;
-        };
-        let cluster = id.cluster as usize;
-        let cull = if mesh.clusters()[cluster].double_sided {
-            CullMode::None
-        } else {
-            expanded.single_sided
-        };
-        let at = [sample.column, sample.row];
-        let geometry = mesh.geometry(cluster).for_loops();
-        let (level, screen) = (frame.settings.level, &expanded.screen);
-        let depth = pierce(level, geometry, screen, cull, at, &mut self.pierce);
-        depth.is_some_and(|depth| depth > f64::from(sample.depth))
-    }
-
-    /// Takes the cluster at a place away, which is drawn.
-    pub fn take(&mut self, place: usize) {
-        self.clusters[place].is_taken = true;
-    }
-
-    fn expand(&mut self, frame: &Frame<'_>, screen: &Screen, object: usize) {
-        let place = &frame.scene.objects()[self.objects[object] as usize].world_from_local;
+impl Placed {
+    fn new(screen: &Screen, place: &DAffine3) -> Placed {
         let from_local = screen.screen_from_local(place);
-        let first = self.clusters.len();
-        self.find_clusters(frame, screen, object, &from_local);
-        let clusters = first..self.clusters.len();
-        let first_block = self.of_clusters.blocks.len();
-        let mut eye = None;
-        if clusters.len() > 1 {
-            for cluster in &self.clusters[clusters.clone()] {
-                self.of_clusters.push(cluster.footprint);
-            }
-            self.of_clusters.end_block();
-            if is_perspective(screen) {
-                eye = Some(self.eyes.len() as u32);
-                self.eyes.push(rays_from_eye(screen, place, &from_local));
-            }
-        }
-        self.expanded[object] = Some(Expanded {
-            clusters,
-            first_block,
+        let (eye, rays) = local_rays(screen, place, &from_local);
+        Placed {
             screen: from_local,
             single_sided: if is_mirroring(place) {
                 CullMode::Front
@@ -377,17 +189,69 @@ impl Covers {
                 CullMode::Back
             },
             eye,
-        });
+            rays,
+        }
+    }
+}
+
+impl Covers {
+    /// Forgets all, and begins with some objects within these footprints, and the clusters that are drawn already.
+    pub fn begin(&mut self, objects: &[(u32, Footprint)], drawn: &[DrawnCluster]) {
+        self.objects.clear();
+        self.within.clear();
+        self.of_objects.clear();
+        self.placed.clear();
+        for &(object, footprint) in objects {
+            self.objects.push(object);
+            self.within.push(footprint);
+            self.of_objects.push(footprint);
+        }
+        self.placed.resize(objects.len(), None);
+        self.drawn.clear();
+        self.drawn.extend(drawn.iter().map(|cluster| cluster.id));
+        self.drawn.sort_unstable();
     }
 
-    fn find_clusters(
+    /// Finds a cluster of another object than `of` that covers a sample; of several, the largest on screen for what it costs to
+    /// draw.
+    pub fn find(
         &mut self,
         frame: &Frame<'_>,
         screen: &Screen,
-        index: usize,
-        from_local: &ScreenTransform,
-    ) {
-        let number = self.objects[index];
+        sample: Sample,
+        of: u32,
+    ) -> Option<Cover> {
+        let mut objects = std::mem::take(&mut self.objects_over);
+        objects.clear();
+        let level = frame.settings.level;
+        self.of_objects
+            .over(level, sample, |object| objects.push(object));
+        let at = [sample.column, sample.row];
+        let ray = Ray::through(screen.rays(), screen.camera().eye().to_array(), at);
+        self.candidates.clear();
+        for &object in &objects {
+            let number = self.objects[object];
+            let bounds = &frame.scene.bounds()[number as usize];
+            // Most rays that pass through the rectangle miss the box, or enter it behind what is to be hidden.
+            let (low, high) = (bounds.min.to_array(), bounds.max.to_array());
+            if number != of && ray.may_be_before(low, high, f64::from(sample.depth)) {
+                self.find_in(frame, screen, sample, object);
+            }
+        }
+        self.objects_over = objects;
+        // What is worth more is asked first.
+        let mut candidates = std::mem::take(&mut self.candidates);
+        candidates.sort_unstable_by_key(|cover| (!cover.worth, cover.id));
+        let mut covers = candidates.iter();
+        let best = covers.find(|cover| self.covers(frame, cover, sample));
+        let best = best.copied();
+        self.candidates = candidates;
+        best
+    }
+
+    /// Finds the clusters of an object that might cover a sample.
+    fn find_in(&mut self, frame: &Frame<'_>, screen: &Screen, sample: Sample, place: usize) {
+        let number = self.objects[place];
         let object = &frame.scene.objects()[number as usize];
         let Some(mesh) = frame.occluders.mesh_of(object) else {
             return;
@@ -399,39 +263,84 @@ impl Covers {
         {
             return;
         }
-        let clusters = mesh.clusters();
+        let placed = *self.placed[place]
+            .get_or_insert_with(|| Placed::new(screen, &object.world_from_local));
+        let level = frame.settings.level;
+        self.entered.clear();
         self.footprints.clear();
-        if clusters.len() == 1 {
-            self.footprints.push(self.within[index]);
+        if mesh.clusters().len() == 1 {
+            self.entered.push(0);
+            self.footprints.push(self.within[place]);
         } else {
-            let boxes = clusters.iter().map(Cluster::bounds);
-            let level = frame.settings.level;
+            let at = [sample.column, sample.row];
+            let ray = Ray::through(&placed.rays, placed.eye.to_array(), at);
+            descend(
+                level,
+                mesh.tree().for_loops(),
+                &ray,
+                f64::from(sample.depth),
+                &mut self.pending,
+                &mut self.entered,
+            );
+            if self.entered.is_empty() {
+                return;
+            }
+            let cluster = |&cluster: &u32| mesh.clusters()[cluster as usize].bounds();
             screen.footprints_of_local_boxes(
                 level,
-                from_local,
+                &placed.screen,
                 bounds,
-                boxes,
+                self.entered.iter().map(cluster),
                 &mut self.footprints,
             );
         }
-        let first = self.drawn.partition_point(|id| id.object < number);
-        let mut drawn = self.drawn[first..].iter().peekable();
-        for (place, (cluster, &footprint)) in (0..).zip(clusters.iter().zip(&self.footprints)) {
+        for (&cluster, &footprint) in self.entered.iter().zip(&self.footprints) {
             let id = ClusterId {
                 object: number,
-                cluster: place,
+                cluster,
             };
-            let is_drawn = drawn.next_if_eq(&&id).is_some();
-            if footprint != Footprint::Nowhere && !is_drawn {
-                self.clusters.push(Cover {
-                    id,
-                    object: index,
-                    triangles: u32::from(cluster.triangle_count),
-                    footprint,
-                    worth: worth(footprint, u32::from(cluster.triangle_count)),
-                    is_taken: false,
-                });
+            if !may_cover(footprint, sample) || self.drawn.binary_search(&id).is_ok() {
+                continue;
             }
+            let triangles = u32::from(mesh.clusters()[cluster as usize].triangle_count);
+            self.candidates.push(Cover {
+                id,
+                triangles,
+                footprint,
+                object: place as u32,
+                worth: worth(footprint, triangles),
+            });
+        }
+    }
+
+    /// Whether what is to be drawn of a cluster that was found covers a sample.
+    pub fn covers(&mut self, frame: &Frame<'_>, cover: &Cover, sample: Sample) -> bool {
+        if !may_cover(cover.footprint, sample) {
+            return false;
+        }
+        let object = &frame.scene.objects()[cover.id.object as usize];
+        let mesh = frame.occluders.mesh_of(object);
+        let placed = self.placed[cover.object as usize].as_ref();
+        let Some((mesh, placed)) = mesh.zip(placed) else {
+            return false;
+        };
+        let cluster = cover.id.cluster as usize;
+        let cull = if mesh.clusters()[cluster].double_sided {
+            CullMode::None
+        } else {
+            placed.single_sided
+        };
+        let at = [sample.column, sample.row];
+        let geometry = mesh.geometry(cluster).for_loops();
+        let level = frame.settings.level;
+        let depth = pierce(level, geometry, &placed.screen, cull, at, &mut self.pierce);
+        depth.is_some_and(|depth| depth > f64::from(sample.depth))
+    }
+
+    /// Notes that a cluster is drawn.
+    pub fn take(&mut self, id: ClusterId) {
+        if let Err(place) = self.drawn.binary_search(&id) {
+            self.drawn.insert(place, id);
         }
     }
 }

@@ -8,7 +8,7 @@
 //! This is multi-pass culling (HOM §2.1.4) with passes as small as they can be.
 
 use super::Frame;
-use super::covers::{Covers, Sample};
+use super::covers::{Cover, Covers, Sample};
 use super::draw::Drawn;
 use super::rounds::{EVERYTHING, RoundMemory, draw_waiting};
 use super::test::{are_clusters_hidden, is_hidden};
@@ -29,8 +29,8 @@ pub struct GapMemory {
     /// Those for which something is to be drawn.
     looked_at: Vec<Question>,
     footprints: Vec<Footprint>,
-    /// Places of clusters to draw.
-    to_draw: Vec<usize>,
+    /// What is to be drawn.
+    to_draw: Vec<Cover>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -61,8 +61,7 @@ pub fn close_gaps(
         if memory.looked_at.is_empty() {
             continue;
         }
-        for &index in &memory.to_draw {
-            let cover = memory.covers.cluster(index);
+        for cover in &memory.to_draw {
             let placed = waiting.place(frame, cover.id.object, true, buffer.screen());
             waiting.push(WaitingCluster {
                 placed,
@@ -72,7 +71,7 @@ pub fn close_gaps(
                 footprint: cover.footprint,
                 asked_before: None,
             });
-            memory.covers.take(index);
+            memory.covers.take(cover.id);
         }
         drawn.statistics.passes += 1;
         let first_drawn = drawn.occluders.len();
@@ -149,7 +148,7 @@ impl GapMemory {
                 covers, to_draw, ..
             } = self;
             let mut chosen = to_draw.iter().rev();
-            if chosen.any(|&place| covers.covers(frame, place, sample)) {
+            if chosen.any(|cover| covers.covers(frame, cover, sample)) {
                 continue;
             }
             match covers.find(frame, buffer.screen(), sample, object) {
@@ -188,8 +187,7 @@ impl GapMemory {
             }
             !is_hidden
         });
-        for &place in &self.to_draw {
-            let id = self.covers.cluster(place).id;
+        for &Cover { id, .. } in &self.to_draw {
             let mut new = drawn.occluders[first_drawn..].iter();
             if let Some(cluster) = new.find(|new| new.id == id && new.gain > 0) {
                 drawn

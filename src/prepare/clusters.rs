@@ -13,6 +13,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::NormalCone;
+use super::cluster_tree::ClusterTree;
 use super::local_box::LocalBox;
 use super::partition::{corners, partition};
 use super::position_set::PositionSet;
@@ -143,6 +144,7 @@ pub struct ClusteredMesh {
     z: Vec<f32>,
     quads: Vec<[u8; 4]>,
     triangle_count: usize,
+    tree: ClusterTree,
 }
 
 impl ClusteredMesh {
@@ -160,6 +162,7 @@ impl ClusteredMesh {
                 .collect();
             parts.iter().for_each(|part| clustered.append(part));
         }
+        clustered.tree = ClusterTree::over(&clustered.clusters);
         clustered
     }
 
@@ -195,12 +198,18 @@ impl ClusteredMesh {
         self.triangle_count
     }
 
+    /// The hierarchy over the clusters; empty if there is only one.
+    pub(crate) fn tree(&self) -> &ClusterTree {
+        &self.tree
+    }
+
     /// What the clusters and their geometry take, in bytes.
     pub fn memory_bytes(&self) -> usize {
         size_of_val(self)
             + size_of_val(&self.clusters[..])
             + 3 * size_of_val(&self.x[..])
             + size_of_val(&self.quads[..])
+            + self.tree.memory_bytes()
     }
 
     fn append(&mut self, part: &Part) {

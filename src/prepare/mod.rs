@@ -10,6 +10,7 @@
 //! every order is total.
 
 mod clustered_scene;
+mod cluster_tree;
 mod clusters;
 mod cost;
 mod local_box;

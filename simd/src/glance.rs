@@ -134,7 +134,8 @@ impl Ray {
         let (origin, start) = match rays.origin {
             None => (eye, 0.0),
             Some([first, across, down]) => {
-                let origin = std::array::from_fn(|axis| at([first[axis], across[axis], down[axis]]));
+                let origin =
+                    std::array::from_fn(|axis| at([first[axis], across[axis], down[axis]]));
                 (sum(eye, origin), f64::NEG_INFINITY)
             }
         };

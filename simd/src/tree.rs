@@ -13,7 +13,6 @@ use fearless_simd::{Simd, dispatch};
 
 use crate::Level;
 use crate::glance::Ray;
-use crate::order::{largest, least};
 
 /// Boxes in a block.
 pub const WIDTH: usize = 16;
@@ -44,10 +43,48 @@ pub struct Tree<'a> {
     pub levels: &'a [(u32, u32)],
 }
 
+/// A [`Ray`] in single precision.
+#[derive(Clone, Copy, Debug)]
+struct Single {
+    origin: [f32; 3],
+    start: f32,
+    time: [f32; 3],
+    /// Something on the ray is at least as near as asked if this, with what is in it multiplied by the place on the ray, is not
+    /// negative.
+    ahead: [f32; 2],
+}
+
+impl Single {
+    fn new(ray: &Ray, depth: f64) -> Single {
+        let ahead = |i: usize| (ray.depth[i] - depth * ray.w[i]) as f32;
+        Single {
+            origin: ray.origin.map(|v| v as f32),
+            start: ray.start as f32,
+            time: ray.time.map(|v| v as f32),
+            ahead: [ahead(0), ahead(1)],
+        }
+    }
+
+    /// Whether it may meet something between two corners of a box that is nearer than asked.
+    #[inline(always)]
+    fn may_be_in(&self, low: [f32; 3], high: [f32; 3]) -> bool {
+        let (mut entry, mut exit) = (self.start, f32::INFINITY);
+        for axis in 0..3 {
+            let low = (low[axis] - self.origin[axis]) * self.time[axis];
+            let high = (high[axis] - self.origin[axis]) * self.time[axis];
+            let (first, last) = if low < high { (low, high) } else { (high, low) };
+            entry = if first > entry { first } else { entry };
+            exit = if last < exit { last } else { exit };
+        }
+        let ahead = self.ahead[0] + self.ahead[1] * entry;
+        entry <= exit && (entry == self.start || ahead >= 0.0)
+    }
+}
+
 /// Appends the numbers of the leaves to `found`, in ascending order, that a ray may enter nearer than at `depth`; `pending` is
 /// memory to work in.
 ///
-/// The answer is as exact as [`Ray`] is.
+/// The answer is not exact, but as good as single precision is. Nothing may rest on it but what to draw.
 pub fn descend(
     level: Level,
     tree: Tree<'_>,
@@ -56,16 +93,17 @@ pub fn descend(
     pending: &mut Vec<(u32, u32)>,
     found: &mut Vec<u32>,
 ) {
+    let ray = Single::new(ray, depth);
     match level.token() {
         None => descend_by(tree, pending, found, |block| {
             (0..WIDTH).fold(0, |mask, i| {
-                let corner = |of: &[[f32; WIDTH]; 3]| of.map(|axis| f64::from(axis[i]));
-                let (low, high) = (corner(&block.min), corner(&block.max));
-                mask | u32::from(ray.may_be_before(low, high, depth)) << i
+                let corner = |of: &[[f32; WIDTH]; 3]| of.map(|axis| axis[i]);
+                let is_in = ray.may_be_in(corner(&block.min), corner(&block.max));
+                mask | u32::from(is_in) << i
             })
         }),
         Some(token) => {
-            dispatch!(token, simd => descend_vector(simd, tree, ray, depth, pending, found));
+            dispatch!(token, simd => descend_vector(simd, tree, &ray, pending, found));
         }
     }
 }
@@ -74,8 +112,7 @@ pub fn descend(
 fn descend_vector<S: Simd>(
     simd: S,
     tree: Tree<'_>,
-    ray: &Ray,
-    depth: f64,
+    ray: &Single,
     pending: &mut Vec<(u32, u32)>,
     found: &mut Vec<u32>,
 ) {
@@ -84,7 +121,7 @@ fn descend_vector<S: Simd>(
         pending,
         found,
         #[inline(always)]
-        |block| entered(simd, ray, block, depth),
+        |block| entered(simd, ray, block),
     );
 }
 
@@ -122,36 +159,28 @@ fn descend_by(
     }
 }
 
-/// [`Ray::may_be_before`] for the boxes of a block, a bit for each.
+/// [`Single::may_be_in`] for the boxes of a block, a bit for each.
 #[inline(always)]
-fn entered<S: Simd>(simd: S, ray: &Ray, block: &Block, depth: f64) -> u32 {
-    let lanes = S::f64s::LEN;
+fn entered<S: Simd>(simd: S, ray: &Single, block: &Block) -> u32 {
+    let lanes = S::f32s::LEN;
+    let start = S::f32s::splat(simd, ray.start);
     let mut mask = 0;
-    for first in (0..WIDTH).step_by(2 * lanes) {
-        let mut entry = [S::f64s::splat(simd, ray.start); 2];
-        let mut exit = [S::f64s::splat(simd, f64::INFINITY); 2];
+    for first in (0..WIDTH).step_by(lanes) {
+        let (mut entry, mut exit) = (start, S::f32s::splat(simd, f32::INFINITY));
         for axis in 0..3 {
-            let wide = |of: &[f32; WIDTH]| {
-                let (low, high) = S::f32s::from_slice(simd, &of[first..first + 2 * lanes]).widen();
-                [low, high]
-            };
-            let (low, high) = (wide(&block.min[axis]), wide(&block.max[axis]));
-            for half in 0..2 {
-                let low = (low[half] - ray.origin[axis]) * ray.time[axis];
-                let high = (high[half] - ray.origin[axis]) * ray.time[axis];
-                let is_upwards = low.simd_lt(high);
-                entry[half] = largest::<S>(is_upwards.select(low, high), entry[half]);
-                exit[half] = least::<S>(is_upwards.select(high, low), exit[half]);
-            }
+            let at = first..first + lanes;
+            let low = S::f32s::from_slice(simd, &block.min[axis][at.clone()]);
+            let high = S::f32s::from_slice(simd, &block.max[axis][at]);
+            let low = (low - ray.origin[axis]) * ray.time[axis];
+            let high = (high - ray.origin[axis]) * ray.time[axis];
+            let is_upwards = low.simd_lt(high);
+            let (near, far) = (is_upwards.select(low, high), is_upwards.select(high, low));
+            entry = near.simd_gt(entry).select(near, entry);
+            exit = far.simd_lt(exit).select(far, exit);
         }
-        for half in 0..2 {
-            let (entry, exit) = (entry[half], exit[half]);
-            let d = entry * ray.depth[1] + ray.depth[0];
-            let w = entry * ray.w[1] + ray.w[0];
-            let starts_inside = entry.simd_eq(S::f64s::splat(simd, ray.start));
-            let is_before = entry.simd_le(exit) & (starts_inside | d.simd_ge(w * depth));
-            mask |= is_before.to_bitmask() << (first + half * lanes);
-        }
+        let ahead = entry * ray.ahead[1] + ray.ahead[0];
+        let is_ahead = entry.simd_eq(start) | ahead.simd_ge(S::f32s::splat(simd, 0.0));
+        mask |= (entry.simd_le(exit) & is_ahead).to_bitmask() << first;
     }
     mask as u32
 }

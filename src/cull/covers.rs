@@ -10,12 +10,13 @@ use antumbra_simd::tree::descend;
 use antumbra_simd::triangle::CullMode;
 use antumbra_simd::vertex::ScreenTransform;
 
-use glam::{DAffine3, DVec3};
+use glam::DAffine3;
 
 use super::Frame;
 use crate::cull::Level;
 use crate::occluders::{ClusterId, DrawnCluster};
 use crate::occlusion::{Footprint, SampleRect, Screen};
+use crate::prepare::{Cluster, ClusteredMesh};
 use crate::scene::is_mirroring;
 use crate::view::Projection;
 
@@ -40,12 +41,10 @@ pub struct Cover {
     /// Where it may be drawn.
     pub footprint: Footprint,
     /// The place of its object.
-    object: u32,
-    /// The larger, the more it may cover for what it costs to draw.
-    worth: u32,
+    place: usize,
 }
 
-/// How much a cluster may cover for what it costs to draw: samples a triangle.
+/// How much an object may cover for what it costs to draw: samples a triangle.
 fn worth(footprint: Footprint, triangles: u32) -> u32 {
     let area = match footprint {
         Footprint::Nowhere => 0,
@@ -56,6 +55,12 @@ fn worth(footprint: Footprint, triangles: u32) -> u32 {
         }
     };
     area / triangles
+}
+
+/// The same for the clusters of one object, which are about as far away as each other: the surface of the box for each triangle.
+fn surface_of(cluster: &Cluster) -> f32 {
+    let [x, y, z]: [f32; 3] = std::array::from_fn(|axis| cluster.max[axis] - cluster.min[axis]);
+    (x * y + y * z + z * x) / f32::from(cluster.triangle_count)
 }
 
 /// Clusters that might cover something; keeps its memory from frame to frame.
@@ -69,12 +74,12 @@ pub struct Covers {
     placed: Vec<Option<Placed>>,
     /// The clusters that are drawn, in the order of their ids.
     drawn: Vec<ClusterId>,
+    /// Keys of objects that sort them by worth.
+    keys: Vec<u64>,
     /// Objects whose rectangles hold a sample,
     objects_over: Vec<usize>,
-    /// clusters of one of them that its ray may meet,
+    /// and clusters of one of them that its ray may meet.
     entered: Vec<u32>,
-    /// and all of those that might cover it.
-    candidates: Vec<Cover>,
     footprints: Vec<Footprint>,
     pending: Vec<(u32, u32)>,
     pierce: PierceMemory,
@@ -88,7 +93,7 @@ struct Placed {
     /// What its single-sided surfaces leave out.
     single_sided: CullMode,
     /// The eye in its local coordinates, and the rays from there.
-    eye: DVec3,
+    eye: [f64; 3],
     rays: Rays,
 }
 
@@ -156,10 +161,10 @@ fn may_cover(footprint: Footprint, sample: Sample) -> bool {
 
 /// The eye in an object's local coordinates, and the rays from there in these coordinates. Without perspective there is no eye, and
 /// rays begin anywhere.
-fn local_rays(screen: &Screen, place: &DAffine3, from_local: &ScreenTransform) -> (DVec3, Rays) {
+fn local_rays(screen: &Screen, place: &DAffine3, from_local: &ScreenTransform) -> ([f64; 3], Rays) {
     let camera = screen.camera();
     if !matches!(camera.projection(), Projection::Perspective { .. }) {
-        return (DVec3::ZERO, Rays::new(from_local));
+        return ([0.0; 3], Rays::new(from_local));
     }
     let eye = place.inverse().transform_point3(camera.eye());
     let from_eye = |row: [f64; 4]| [row[0], row[1], row[2], 0.0];
@@ -174,7 +179,7 @@ fn local_rays(screen: &Screen, place: &DAffine3, from_local: &ScreenTransform) -
         },
         ..*from_local
     });
-    (eye, rays)
+    (eye.to_array(), rays)
 }
 
 impl Placed {
@@ -196,24 +201,38 @@ impl Placed {
 
 impl Covers {
     /// Forgets all, and begins with some objects within these footprints, and the clusters that are drawn already.
-    pub fn begin(&mut self, objects: &[(u32, Footprint)], drawn: &[DrawnCluster]) {
+    pub fn begin(
+        &mut self,
+        frame: &Frame<'_>,
+        objects: &[(u32, Footprint)],
+        drawn: &[DrawnCluster],
+    ) {
         self.objects.clear();
         self.within.clear();
         self.of_objects.clear();
         self.placed.clear();
-        for &(object, footprint) in objects {
+        self.keys.clear();
+        for (place, &(object, footprint)) in (0..).zip(objects) {
+            let triangles = frame.occluders.triangles_of(object);
+            if triangles > 0 {
+                let worth = worth(footprint, triangles);
+                self.keys.push(u64::from(!worth) << 32 | place);
+            }
+        }
+        self.keys.sort_unstable();
+        for key in &self.keys {
+            let (object, footprint) = objects[*key as u32 as usize];
             self.objects.push(object);
             self.within.push(footprint);
             self.of_objects.push(footprint);
         }
-        self.placed.resize(objects.len(), None);
+        self.placed.resize(self.objects.len(), None);
         self.drawn.clear();
         self.drawn.extend(drawn.iter().map(|cluster| cluster.id));
         self.drawn.sort_unstable();
     }
 
-    /// Finds a cluster of another object than `of` that covers a sample; of several, the largest on screen for what it costs to
-    /// draw.
+    /// Finds a cluster of another object than `of` that covers a sample: of the object that is largest on screen for its triangles.
     pub fn find(
         &mut self,
         frame: &Frame<'_>,
@@ -228,103 +247,113 @@ impl Covers {
             .over(level, sample, |object| objects.push(object));
         let at = [sample.column, sample.row];
         let ray = Ray::through(screen.rays(), screen.camera().eye().to_array(), at);
-        self.candidates.clear();
+        let mut found = None;
         for &object in &objects {
             let number = self.objects[object];
             let bounds = &frame.scene.bounds()[number as usize];
             // Most rays that pass through the rectangle miss the box, or enter it behind what is to be hidden.
             let (low, high) = (bounds.min.to_array(), bounds.max.to_array());
             if number != of && ray.may_be_before(low, high, f64::from(sample.depth)) {
-                self.find_in(frame, screen, sample, object);
+                found = self.find_in(frame, screen, sample, object);
+                if found.is_some() {
+                    break;
+                }
             }
         }
         self.objects_over = objects;
-        // What is worth more is asked first.
-        let mut candidates = std::mem::take(&mut self.candidates);
-        candidates.sort_unstable_by_key(|cover| (!cover.worth, cover.id));
-        let mut covers = candidates.iter();
-        let best = covers.find(|cover| self.covers(frame, cover, sample));
-        let best = best.copied();
-        self.candidates = candidates;
-        best
+        found
     }
 
-    /// Finds the clusters of an object that might cover a sample.
-    fn find_in(&mut self, frame: &Frame<'_>, screen: &Screen, sample: Sample, place: usize) {
+    /// Finds a cluster of an object that covers a sample: the largest for its triangles.
+    fn find_in(
+        &mut self,
+        frame: &Frame<'_>,
+        screen: &Screen,
+        sample: Sample,
+        place: usize,
+    ) -> Option<Cover> {
         let number = self.objects[place];
         let object = &frame.scene.objects()[number as usize];
-        let Some(mesh) = frame.occluders.mesh_of(object) else {
-            return;
-        };
+        let mesh = frame.occluders.mesh_of(object)?;
         let bounds = &frame.scene.bounds()[number as usize];
         // A proxy hides nothing while its object reaches the near plane.
         if object.occluder_proxy.is_some()
             && screen.footprint_of_aabb(bounds) == Footprint::Unbounded
         {
-            return;
+            return None;
         }
-        let placed = *self.placed[place]
-            .get_or_insert_with(|| Placed::new(screen, &object.world_from_local));
+        let placed =
+            self.placed[place].get_or_insert_with(|| Placed::new(screen, &object.world_from_local));
         let level = frame.settings.level;
+        let clusters = mesh.clusters();
         self.entered.clear();
-        self.footprints.clear();
-        if mesh.clusters().len() == 1 {
+        if clusters.len() == 1 {
             self.entered.push(0);
-            self.footprints.push(self.within[place]);
         } else {
-            let at = [sample.column, sample.row];
-            let ray = Ray::through(&placed.rays, placed.eye.to_array(), at);
-            descend(
-                level,
-                mesh.tree().for_loops(),
-                &ray,
-                f64::from(sample.depth),
-                &mut self.pending,
-                &mut self.entered,
-            );
-            if self.entered.is_empty() {
-                return;
-            }
-            let cluster = |&cluster: &u32| mesh.clusters()[cluster as usize].bounds();
-            screen.footprints_of_local_boxes(
-                level,
-                &placed.screen,
-                bounds,
-                self.entered.iter().map(cluster),
-                &mut self.footprints,
-            );
+            let ray = Ray::through(&placed.rays, placed.eye, [sample.column, sample.row]);
+            let tree = mesh.tree().for_loops();
+            let (depth, pending) = (f64::from(sample.depth), &mut self.pending);
+            descend(level, tree, &ray, depth, pending, &mut self.entered);
+            let value = |&cluster: &u32| surface_of(&clusters[cluster as usize]);
+            self.entered
+                .sort_unstable_by(|a, b| value(b).total_cmp(&value(a)).then(a.cmp(b)));
         }
-        for (&cluster, &footprint) in self.entered.iter().zip(&self.footprints) {
+        for i in 0..self.entered.len() {
+            let cluster = self.entered[i];
             let id = ClusterId {
                 object: number,
                 cluster,
             };
-            if !may_cover(footprint, sample) || self.drawn.binary_search(&id).is_ok() {
+            if self.drawn.binary_search(&id).is_ok()
+                || !self.pierces(level, mesh, place, cluster, sample)
+            {
                 continue;
             }
-            let triangles = u32::from(mesh.clusters()[cluster as usize].triangle_count);
-            self.candidates.push(Cover {
-                id,
-                triangles,
-                footprint,
-                object: place as u32,
-                worth: worth(footprint, triangles),
-            });
+            let footprint = if clusters.len() == 1 {
+                self.within[place]
+            } else {
+                let placed = self.placed[place].as_ref()?;
+                let bounds_of_it = std::iter::once(clusters[cluster as usize].bounds());
+                self.footprints.clear();
+                let (footprints, place) = (&mut self.footprints, &placed.screen);
+                screen.footprints_of_local_boxes(level, place, bounds, bounds_of_it, footprints);
+                self.footprints[0]
+            };
+            if may_cover(footprint, sample) {
+                return Some(Cover {
+                    id,
+                    triangles: u32::from(clusters[cluster as usize].triangle_count),
+                    footprint,
+                    place,
+                });
+            }
         }
+        None
     }
 
     /// Whether what is to be drawn of a cluster that was found covers a sample.
     pub fn covers(&mut self, frame: &Frame<'_>, cover: &Cover, sample: Sample) -> bool {
-        if !may_cover(cover.footprint, sample) {
-            return false;
-        }
         let object = &frame.scene.objects()[cover.id.object as usize];
-        let mesh = frame.occluders.mesh_of(object);
-        let placed = self.placed[cover.object as usize].as_ref();
-        let Some((mesh, placed)) = mesh.zip(placed) else {
+        let level = frame.settings.level;
+        may_cover(cover.footprint, sample)
+            && frame.occluders.mesh_of(object).is_some_and(|mesh| {
+                self.pierces(level, mesh, cover.place, cover.id.cluster, sample)
+            })
+    }
+
+    /// Whether the ray through a sample meets a cluster of the object in a place nearer than the sample's depth.
+    fn pierces(
+        &mut self,
+        level: Level,
+        mesh: &ClusteredMesh,
+        place: usize,
+        cluster: u32,
+        sample: Sample,
+    ) -> bool {
+        let Some(placed) = &self.placed[place] else {
             return false;
         };
-        let cluster = cover.id.cluster as usize;
+        let cluster = cluster as usize;
         let cull = if mesh.clusters()[cluster].double_sided {
             CullMode::None
         } else {
@@ -332,7 +361,6 @@ impl Covers {
         };
         let at = [sample.column, sample.row];
         let geometry = mesh.geometry(cluster).for_loops();
-        let level = frame.settings.level;
         let depth = pierce(level, geometry, &placed.screen, cull, at, &mut self.pierce);
         depth.is_some_and(|depth| depth > f64::from(sample.depth))
     }

@@ -8,10 +8,11 @@
 //! This is multi-pass culling (HOM §2.1.4) with passes as small as they can be.
 
 use super::Frame;
+use super::clusters::ClusterWalk;
 use super::covers::{Cover, Covers, Sample};
 use super::draw::Drawn;
 use super::rounds::{EVERYTHING, RoundMemory, draw_waiting};
-use super::test::{are_clusters_hidden, is_hidden};
+use super::test::is_hidden;
 use super::waiting::{Waiting, WaitingCluster};
 use crate::occlusion::{Footprint, OcclusionBuffer, SampleRect};
 
@@ -28,7 +29,7 @@ pub struct GapMemory {
     to_look_at: Vec<Question>,
     /// Those for which something is to be drawn.
     looked_at: Vec<Question>,
-    footprints: Vec<Footprint>,
+    clusters: ClusterWalk,
     /// What is to be drawn.
     to_draw: Vec<Cover>,
 }
@@ -53,7 +54,7 @@ pub fn close_gaps(
     memory.questions.clear();
     let questions = questions.map(|(object, rect)| Question { object, rect });
     memory.questions.extend(questions);
-    memory.covers.begin(undecided, drawn.occluders);
+    memory.covers.begin(frame, undecided, drawn.occluders);
     drawn.statistics.objects_in_question += memory.questions.len() as u64;
     // Each pass decides about an object or draws a cluster, and none is drawn twice.
     while !memory.questions.is_empty() {
@@ -109,7 +110,7 @@ impl GapMemory {
                 Found::Nothing => {
                     self.to_draw.truncate(before);
                     // It is visible, unless what there is of it within its box is not.
-                    if are_clusters_hidden(frame, buffer, question.object, &mut self.footprints) {
+                    if self.clusters.are_all_hidden(frame, buffer, question.object) {
                         drawn.hidden.set(question.object);
                     }
                 }

@@ -4,13 +4,14 @@
 //! each asked first whether what is drawn already hides it; now and then whole nodes of the hierarchy are asked, and a hidden one
 //! answers for all below it (`draw`, `traverse`). By contribution, the clusters that the last frame needed are drawn (`recall`),
 //! the hierarchy is asked (`traverse`, `seen`), and where an object shows that ought to be hidden, what covers it is drawn
-//! (`gaps`, `covers`).
+//! (`gaps`, `covers`). On request, `clusters` tells which clusters of the survivors may be seen.
 //!
 //! In exact mode the picture of the survivors is the picture of the scene. Every answer "hidden" rests on an occluder
 //! surface strictly nearer at each sample the object could own; the nearest surface at a sample is never culled by
 //! it, since nothing is strictly nearer there.
 
 mod ask;
+mod clusters;
 mod covers;
 mod draw;
 mod frame;
@@ -29,12 +30,14 @@ use std::sync::Arc;
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
-use crate::occluders::{Budget, Contributions, DrawnCluster, LastFrame, Selection};
+use crate::occluders::{Budget, ClusterId, Contributions, DrawnCluster, LastFrame, Selection};
 use crate::occlusion::{Accuracy, OcclusionBuffer};
+use crate::prepare::ClusteredMesh;
 use crate::scene::Scene;
 use crate::tasks::{Record, Stage, Tasks, stay_awake};
 use crate::view::{Camera, Frustum, PictureSize};
 
+use clusters::ClusterWalk;
 use frame::Memory;
 use occluders::Occluders;
 use seen::Seen;
@@ -262,6 +265,33 @@ impl Culler {
                 pool.install(|| stay_awake(|| state.frame(tasks, camera, found)));
             }
         }
+    }
+
+    /// Which clusters of the objects that the last frame found visible may be seen: an object that reaches everywhere may be
+    /// visible while most of its clusters are not. Clusters are in the order of their ids; those of an object are counted as in
+    /// [`Culler::occluder_of`]. Appends the objects to `whole` that are to be drawn as a whole, since there is more to them than
+    /// clusters: they are translucent or cut out, hide nothing, or have a proxy in their place.
+    ///
+    /// Exact if culling is: every cluster that owns a pixel is named. Nothing if there was no frame yet.
+    pub fn visible_clusters(&self, visible: &VisibleSet, whole: &mut Vec<u32>) -> Vec<ClusterId> {
+        let mut found = Vec::new();
+        let Some(buffer) = &self.state.buffer else {
+            return found;
+        };
+        let frame = self.state.frame_of(Tasks::ALONE);
+        let mut walk = ClusterWalk::default();
+        for &object in &visible.visible {
+            if !walk.find_not_hidden(&frame, buffer, object, &mut found) {
+                whole.push(object);
+            }
+        }
+        found
+    }
+
+    /// The clusters of what an object is drawn as when it is an occluder; none if it is none.
+    pub fn occluder_of(&self, object: u32) -> Option<&ClusteredMesh> {
+        let object = self.state.scene.objects().get(object as usize)?;
+        self.state.occluders.mesh_of(object)
     }
 
     /// Finds what a camera may see, on the calling thread alone but in the tasks that a frame on so many threads would

@@ -1,11 +1,8 @@
 //! The objects that all occluders together do not hide.
 
-use antumbra_simd::boxes::BOXES;
-
 use super::seen::Seen;
 use super::{Frame, grow, share_of};
 use crate::occlusion::{Footprint, OcclusionBuffer};
-use crate::prepare::Cluster;
 use crate::tasks::Work;
 
 /// A task asks so many objects.
@@ -171,32 +168,4 @@ fn is_hidden_by_own_box(
 ) -> bool {
     let own = frame.scene.own_box(object);
     own.is_some_and(|own| buffer.hides_own_box(&own.shape, own.growth, footprint))
-}
-
-/// Whether an object is nothing but several clusters all of which are hidden by their boxes' rectangles.
-pub fn are_clusters_hidden(
-    frame: &Frame<'_>,
-    buffer: &OcclusionBuffer,
-    object: u32,
-    footprints: &mut Vec<Footprint>,
-) -> bool {
-    let scene = frame.scene;
-    let placed = &scene.objects()[object as usize];
-    let Some(mesh) = frame.occluders.mesh_of(placed) else {
-        return false;
-    };
-    let clusters = mesh.clusters();
-    if clusters.len() == 1 || !frame.occluders.is_all_of(object) {
-        return false;
-    }
-    let screen = buffer.screen();
-    let from_local = screen.screen_from_local(&placed.world_from_local);
-    let bounds = &scene.bounds()[object as usize];
-    clusters.chunks(BOXES).all(|clusters| {
-        footprints.clear();
-        let boxes = clusters.iter().map(Cluster::bounds);
-        let level = frame.settings.level;
-        screen.footprints_of_local_boxes(level, &from_local, bounds, boxes, footprints);
-        footprints.iter().all(|&footprint| buffer.hides(footprint))
-    })
 }

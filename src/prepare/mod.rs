@@ -9,8 +9,8 @@
 //! The same scene gives the same bits on any machine and for any number of threads: only + − × ÷ and square roots, and
 //! every order is total.
 
-mod clustered_scene;
 mod cluster_tree;
+mod clustered_scene;
 mod clusters;
 mod cost;
 mod local_box;

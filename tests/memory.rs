@@ -43,8 +43,8 @@ fn city() -> Scene {
             triangles: 0..part.triangles.len(),
             material: Material::default(),
         }],
-        positions: part.positions,
-        triangles: part.triangles,
+        positions: part.positions.into(),
+        triangles: part.triangles.into(),
     });
     let objects = fixture.nodes.into_iter().map(|node| Object {
         name: node.name,

@@ -14,8 +14,8 @@ fn mesh(positions: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Mesh {
     }];
     Mesh {
         name: "m".to_owned(),
-        positions,
-        triangles,
+        positions: positions.into(),
+        triangles: triangles.into(),
         surfaces,
     }
 }
@@ -171,7 +171,7 @@ fn surfaces_must_be_consecutive_and_cover_every_triangle() {
 #[test]
 fn a_box_is_tight_over_the_vertices_in_use() {
     let mut mesh = wedge();
-    mesh.positions.push([1e6, 1e6, 1e6]);
+    mesh.positions.to_mut().push([1e6, 1e6, 1e6]);
     // A box of the turned box would reach to 1.41 on both sides.
     let turn = DMat3::from_cols(
         DVec3::new(0.6, 0.8, 0.0),

@@ -85,8 +85,8 @@ fn scene_of(fixture: Fixture) -> Scene {
             },
         }],
         name: part.name,
-        positions: part.positions,
-        triangles: part.triangles,
+        positions: part.positions.into(),
+        triangles: part.triangles.into(),
     });
     let nodes = fixture.nodes.into_iter().map(|node| {
         let matrix = DMat4::from_cols_array(&node.matrix.map(f64::from));
@@ -115,8 +115,8 @@ pub fn mesh(positions: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Mesh {
             triangles: 0..triangles.len(),
             material: Material::default(),
         }],
-        positions,
-        triangles,
+        positions: positions.into(),
+        triangles: triangles.into(),
     }
 }
 

@@ -239,8 +239,9 @@ mod tests {
                 [1.0, -1.0, 0.0],
                 [1.0, 1.0, 0.0],
                 [-1.0, 1.0, 0.0],
-            ],
-            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            ]
+            .into(),
+            triangles: vec![[0, 1, 2], [0, 2, 3]].into(),
             surfaces: vec![Surface {
                 triangles: 0..2,
                 material: Material {

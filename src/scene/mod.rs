@@ -4,6 +4,7 @@
 //! hierarchy's leaves the units of culling). A [`Scene`] is valid by construction: every index is in range, every
 //! coordinate finite, so that nothing behind this border can fail.
 
+mod array;
 mod bounds;
 mod bvh;
 mod error;
@@ -20,6 +21,7 @@ use std::path::Path;
 
 use glam::DAffine3;
 
+pub use array::Array;
 pub use bounds::{Aabb, OrientedBox, OwnBox};
 pub use bvh::{Bvh, BvhNode};
 pub use error::SceneError;
@@ -83,9 +85,9 @@ pub struct Mesh {
     /// The mesh's name in its file, or empty.
     pub name: String,
     /// Vertex positions, local units.
-    pub positions: Vec<[f32; 3]>,
+    pub positions: Array<[f32; 3]>,
     /// Three indices into `positions` each; counter-clockwise is the front.
-    pub triangles: Vec<[u32; 3]>,
+    pub triangles: Array<[u32; 3]>,
     /// Runs of `triangles`, in order, that together are all of them.
     pub surfaces: Vec<Surface>,
 }
@@ -118,8 +120,8 @@ pub struct Object {
 ///
 /// let wall = Mesh {
 ///     name: "wall".to_owned(),
-///     positions: vec![[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.0, 3.0, 0.0], [0.0, 3.0, 0.0]],
-///     triangles: vec![[0, 1, 2], [0, 2, 3]],
+///     positions: vec![[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.0, 3.0, 0.0], [0.0, 3.0, 0.0]].into(),
+///     triangles: vec![[0, 1, 2], [0, 2, 3]].into(),
 ///     surfaces: vec![Surface { triangles: 0..2, material: Material::default() }],
 /// };
 /// // The mesh is stored once, however many objects place it.
@@ -143,6 +145,14 @@ pub struct Scene {
     boxes: bounds::Boxes,
     bvh: Bvh,
     warnings: Vec<String>,
+}
+
+/// What a [`Bvh`] is made of, but for the boxes.
+pub(crate) struct Hierarchy {
+    /// Of each node, [`BvhNode::first`] and [`BvhNode::count`].
+    pub links: Vec<[u32; 2]>,
+    /// The objects in the order of the leaves.
+    pub objects: Vec<u32>,
 }
 
 /// What reads one kind of file: its bytes and the folder it lies in become meshes and objects.
@@ -193,6 +203,7 @@ impl Scene {
     ///
     /// An object is a glTF node with a mesh, or an OBJ `o` or `g` group. Textures are never read. What the file says
     /// that cannot be used (lines and points, scenes other than the default one) is listed in [`Scene::warnings`].
+    /// [`Prepared::load`](crate::prepare::Prepared::load) reads these files and archives too.
     ///
     /// However the file is damaged, loading takes less than ten times its size (with the files it names) plus 64 MiB.
     ///
@@ -212,6 +223,11 @@ impl Scene {
         let read: Loader = match extension.as_str() {
             "glb" | "gltf" => gltf::read,
             "obj" => obj::read,
+            "antumbra" => {
+                return Err(SceneError::Archive {
+                    file: path.to_path_buf(),
+                });
+            }
             _ => {
                 return Err(SceneError::UnknownKind {
                     file: path.to_path_buf(),
@@ -245,6 +261,33 @@ impl Scene {
             boxes,
             bvh,
             warnings: Vec::new(),
+        })
+    }
+
+    /// A scene whose hierarchy is known: checked as any other, but the hierarchy is not built again.
+    ///
+    /// # Errors
+    /// Those of [`Scene::new`], and if the hierarchy is not one over the objects.
+    pub(crate) fn restored(
+        meshes: Vec<Mesh>,
+        objects: Vec<Object>,
+        hierarchy: Hierarchy,
+        warnings: Vec<String>,
+    ) -> Result<Scene, SceneError> {
+        validate::check(&meshes, &objects)?;
+        let boxes = bounds::boxes(&meshes, &objects)?;
+        let bvh = Bvh::relinked(hierarchy.links, hierarchy.objects, &boxes.world);
+        let bvh = bvh.map_err(|cause| SceneError::Invalid {
+            file: None,
+            object: "the hierarchy".to_owned(),
+            cause,
+        })?;
+        Ok(Scene {
+            meshes,
+            objects,
+            boxes,
+            bvh,
+            warnings,
         })
     }
 

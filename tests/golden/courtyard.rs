@@ -105,8 +105,8 @@ fn solid(name: &str, corners: &[[f32; 3]], faces: &[&[u32]], material: Material)
     }];
     Mesh {
         name: name.to_owned(),
-        positions: corners.to_vec(),
-        triangles,
+        positions: corners.to_vec().into(),
+        triangles: triangles.into(),
         surfaces,
     }
 }
@@ -283,7 +283,7 @@ fn scene() -> Scene {
 /// A block well inside the unit block.
 fn solid_core() -> Mesh {
     let mut core = block(paint(1.0, 1.0, 1.0));
-    for position in &mut core.positions {
+    for position in core.positions.to_mut() {
         *position = position.map(|c| 0.04 + 0.92 * c);
     }
     core

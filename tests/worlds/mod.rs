@@ -42,8 +42,8 @@ pub fn mesh(positions: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>, material: Materi
     }];
     Mesh {
         name: String::new(),
-        positions,
-        triangles,
+        positions: positions.into(),
+        triangles: triangles.into(),
         surfaces,
     }
 }

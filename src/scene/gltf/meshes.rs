@@ -178,17 +178,17 @@ impl<'a, 's> Meshes<'a, 's> {
         self.source
             .budget
             .reserve(size_of::<Surface>() as u64, "its surface")?;
-        let start = mesh.triangles.len();
-        mesh.triangles.reserve_exact(count);
+        let triangles = mesh.triangles.to_mut();
+        let start = triangles.len();
+        triangles.reserve_exact(count);
         match &indices {
-            Some(indices) => mesh.triangles.extend((0..count).map(|i| {
+            Some(indices) => triangles.extend((0..count).map(|i| {
                 topology::corners(mode, i).map(|corner| indices.integers::<1>(corner)[0])
             })),
-            None => mesh
-                .triangles
+            None => triangles
                 .extend((0..count).map(|i| topology::corners(mode, i).map(|corner| corner as u32))),
         }
-        let new = &mesh.triangles[start..];
+        let new = &triangles[start..];
         let out_of_range = |index: u32| index as usize >= positions.count;
         if new
             .iter()
@@ -209,7 +209,7 @@ impl<'a, 's> Meshes<'a, 's> {
                 ),
             ));
         }
-        Ok(start..mesh.triangles.len())
+        Ok(start..triangles.len())
     }
 
     fn positions(&self, index: u32) -> Result<Elements<'a>> {
@@ -244,7 +244,8 @@ impl<'a, 's> Meshes<'a, 's> {
                 "they are more than 32-bit indices can hold",
             ));
         }
-        mesh.positions.reserve_exact(used);
+        let vertices = mesh.positions.to_mut();
+        vertices.reserve_exact(used);
         for vertex in renumber.used() {
             let local = positions.floats::<3>(vertex as usize);
             let local = match &deform {
@@ -259,10 +260,11 @@ impl<'a, 's> Meshes<'a, 's> {
                     format!("vertex {vertex} has a position that is not finite: {local:?}"),
                 ));
             }
-            mesh.positions.push(local);
+            vertices.push(local);
         }
+        let triangles = mesh.triangles.to_mut();
         for run in group.runs {
-            for index in mesh.triangles[run].as_flattened_mut() {
+            for index in triangles[run].as_flattened_mut() {
                 *index = base as u32 + renumber.new_index(*index);
             }
         }

@@ -72,8 +72,9 @@ pub(super) fn read(
         })?;
         let start = mesh.triangles.len();
         mesh.positions
+            .to_mut()
             .extend_from_slice(model.mesh.positions.as_chunks().0);
-        mesh.triangles.extend(
+        mesh.triangles.to_mut().extend(
             model
                 .mesh
                 .indices

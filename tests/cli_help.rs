@@ -9,7 +9,9 @@ fn every_command_has_help_with_an_example() {
     let output = antumbra(&["--help"]);
     assert!(output.status.success());
     let help = stdout(&output);
-    for command in ["demo", "render", "measure", "sweep", "generate", "info"] {
+    for command in [
+        "demo", "render", "measure", "sweep", "prepare", "generate", "info",
+    ] {
         assert!(help.contains(command), "{command} is not in {help}");
         let output = antumbra(&[command, "--help"]);
         assert!(output.status.success());

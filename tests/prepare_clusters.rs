@@ -77,8 +77,8 @@ fn patchwork(chance: &mut Chance, kind: Shape) -> Mesh {
     }
     Mesh {
         name: String::new(),
-        positions,
-        triangles,
+        positions: positions.into(),
+        triangles: triangles.into(),
         surfaces,
     }
 }
@@ -345,7 +345,7 @@ fn a_cluster_that_looks_away_draws_nothing_mirrored_or_not() {
         let (mesh, placement) = placed(&mut chance, kind, SINGLE_SIDED, DVec3::ZERO, 2.0);
         // One side of the ball is enough: all of it never looks away.
         let half = Mesh {
-            triangles: mesh.triangles[..2].to_vec(),
+            triangles: mesh.triangles[..2].to_vec().into(),
             surfaces: vec![Surface {
                 triangles: 0..2,
                 material: SINGLE_SIDED,

@@ -8,6 +8,7 @@ use antumbra::cull::{Culler, Settings};
 use antumbra::final_pass::render_image;
 use antumbra::measure::{MeasureSettings, Totals, run};
 use antumbra::occluders::Budget;
+use antumbra::prepare::Prepared;
 use antumbra::scene::Scene;
 use antumbra::view::{CameraPath, PictureSize};
 
@@ -44,7 +45,7 @@ fn measure(name: &str, every: usize, budget: Budget) -> Option<Totals> {
         every,
         simulate_threads: false,
     };
-    let report = run(&scene, &path, &settings, |_, _| {}).expect("threads");
+    let report = run(&Prepared::new(scene), &path, &settings, |_, _| {}).expect("threads");
     Some(report.totals)
 }
 
@@ -92,6 +93,7 @@ fn a_flight_needs_few_occluders() {
             continue;
         };
         let file = folder().join(format!("{name}.walk.json"));
+        let prepared = Prepared::new(scene);
         let path = CameraPath::load(&file).expect("a path");
         let report = |budget| {
             let settings = MeasureSettings {
@@ -103,7 +105,7 @@ fn a_flight_needs_few_occluders() {
                 every: 12,
                 simulate_threads: false,
             };
-            run(&scene, &path, &settings, |_, _| {}).expect("threads")
+            run(&prepared, &path, &settings, |_, _| {}).expect("threads")
         };
         let (few, all) = (report(Budget::Auto), report(Budget::All));
         let totals = &few.totals;

@@ -2,12 +2,12 @@
 
 use std::cmp::Reverse;
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::time::Instant;
 
 use antumbra::cull::{Culler, Settings};
 use antumbra::final_pass::Image;
 use antumbra::measure::{MeasureSettings, run};
+use antumbra::prepare::Prepared;
 use antumbra::view::{CameraPath, PictureSize};
 use antumbra_fixtures::{Kind, Recipe, generate};
 use clap::Args;
@@ -63,7 +63,8 @@ impl Demo {
         let fixture = generate(&recipe).map_err(|e| Failure::Failed(e.to_string()))?;
         let path_file = write_fixture(&fixture, &city)?;
         drop(fixture);
-        let scene = load_scene(&city)?;
+        let prepared = load_scene(&city)?;
+        let scene = prepared.scene();
         let walk = load_path(&path_file)?;
         say(format_args!(
             "a city of {} objects and {} triangles",
@@ -74,7 +75,7 @@ impl Demo {
         let size = PictureSize::new(1280, 768).map_err(|e| Failure::Failed(e.to_string()))?;
         let cull = Settings::new(size);
         let every = walk.cameras().len().div_ceil(self.frames as usize).max(1);
-        let pictures = self.draw(&scene, &walk, cull, every)?;
+        let pictures = self.draw(&prepared, &walk, cull, every)?;
 
         let settings = MeasureSettings {
             cull,
@@ -83,7 +84,7 @@ impl Demo {
             simulate_threads: false,
         };
         let bar = progress::bar("judging", 0);
-        let report = run(&scene, &walk, &settings, |done, all| {
+        let report = run(&prepared, &walk, &settings, |done, all| {
             bar.set_length(all as u64);
             bar.set_position(done as u64);
         });
@@ -116,12 +117,12 @@ impl Demo {
     /// Writes the pictures.
     fn draw(
         &self,
-        scene: &Arc<antumbra::scene::Scene>,
+        prepared: &Prepared,
         walk: &CameraPath,
         cull: Settings,
         every: usize,
     ) -> Result<Pictures, Failure> {
-        let mut culler = Culler::new(scene.clone(), cull).map_err(no_threads)?;
+        let mut culler = Culler::with_prepared(prepared, cull).map_err(no_threads)?;
         let pool = rayon::ThreadPoolBuilder::new()
             .build()
             .map_err(no_threads)?;

@@ -24,7 +24,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Measure {
-    /// Scene file: .glb, .gltf or .obj
+    /// Scene file: .glb, .gltf, .obj or .antumbra
     scene: PathBuf,
 
     /// Camera path (JSON)
@@ -71,9 +71,9 @@ impl Measure {
             simulate_threads: self.simulate_threads,
         };
         let path = load_path(&self.path)?;
-        let scene = load_scene(&self.scene)?;
+        let prepared = load_scene(&self.scene)?;
         let bar = progress::bar("measuring", 0);
-        let report = run(&scene, &path, &settings, |done, all| {
+        let report = run(&prepared, &path, &settings, |done, all| {
             bar.set_length(all as u64);
             bar.set_position(done as u64);
         });

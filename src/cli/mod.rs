@@ -12,6 +12,7 @@ mod measure;
 mod options;
 mod output;
 mod outside;
+mod prepare;
 mod progress;
 mod render;
 mod sweep;
@@ -34,6 +35,7 @@ Examples:
   antumbra render castle.glb --overlay --out pictures
   antumbra measure castle.glb --path castle.path.json
   antumbra sweep castle.glb --path castle.walk.json --every 8
+  antumbra prepare castle.glb -o castle.antumbra
   antumbra generate city -o city.glb";
 
 /// Occlusion culling on the CPU: which objects of a scene can a camera see?
@@ -51,6 +53,7 @@ enum Command {
     Render(render::Render),
     Measure(measure::Measure),
     Sweep(sweep::Sweep),
+    Prepare(prepare::Prepare),
     Generate(generate::Generate),
     Info(info::Info),
 }
@@ -62,6 +65,7 @@ pub fn run() -> ExitCode {
         Command::Render(render) => render.run(),
         Command::Measure(measure) => measure.run(),
         Command::Sweep(sweep) => sweep.run(),
+        Command::Prepare(prepare) => prepare.run(),
         Command::Generate(generate) => generate.run(),
         Command::Info(info) => info.run(),
     };

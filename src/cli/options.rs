@@ -2,13 +2,12 @@
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use antumbra::cull::Level;
 use antumbra::cull::Settings;
 use antumbra::occluders::{Budget, Selection};
 use antumbra::occlusion::Accuracy;
-use antumbra::scene::Scene;
+use antumbra::prepare::Prepared;
 use antumbra::view::{CameraPath, PictureSize};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
@@ -130,17 +129,17 @@ fn parse_budget(text: &str) -> Result<Budget, String> {
     }
 }
 
-/// Loads a scene, with its warnings on stderr.
+/// Loads a scene and prepares it, or an archive, with its warnings on stderr.
 ///
 /// # Errors
 /// If the file is no scene.
-pub fn load_scene(file: &Path) -> Result<Arc<Scene>, Failure> {
+pub fn load_scene(file: &Path) -> Result<Prepared, Failure> {
     let spinner = progress::spinner(format!("reading {}", file.display()));
-    let scene = Scene::load(file);
+    let prepared = Prepared::load(file);
     spinner.finish_and_clear();
-    let scene = scene.map_err(|e| Failure::Failed(e.to_string()))?;
-    output::warn(scene.warnings());
-    Ok(Arc::new(scene))
+    let prepared = prepared.map_err(|e| Failure::Failed(e.to_string()))?;
+    output::warn(prepared.scene().warnings());
+    Ok(prepared)
 }
 
 /// Loads a camera path.

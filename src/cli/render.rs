@@ -30,7 +30,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Render {
-    /// Scene file: .glb, .gltf or .obj
+    /// Scene file: .glb, .gltf, .obj or .antumbra
     scene: PathBuf,
 
     /// Camera path (JSON) [default: one camera that shows the whole scene from outside]
@@ -64,7 +64,8 @@ impl Render {
     pub fn run(self) -> Result<(), Failure> {
         let settings = self.occluders.of(self.cull.settings()?);
         let path = self.path.as_deref().map(load_path).transpose()?;
-        let scene = load_scene(&self.scene)?;
+        let prepared = load_scene(&self.scene)?;
+        let scene = prepared.scene();
         let path = match path {
             Some(path) => path,
             None => CameraPath::still(
@@ -77,7 +78,7 @@ impl Render {
             ),
         };
         make_folder(&self.out)?;
-        let mut culler = Culler::new(scene.clone(), settings).map_err(no_threads)?;
+        let mut culler = Culler::with_prepared(&prepared, settings).map_err(no_threads)?;
         let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.threads);
         let pool = pool.build().map_err(no_threads)?;
 
@@ -102,13 +103,13 @@ impl Render {
             if self.check {
                 let all: Vec<u32> = (0..scene.objects().len() as u32).collect();
                 let size = settings.size;
-                let whole = pool.install(|| render_image(&scene, camera, size, &all));
+                let whole = pool.install(|| render_image(scene, camera, size, &all));
                 self.compare(frame, &drawn.picture, &whole)?;
             }
             bar.inc(1);
         }
         bar.finish_and_clear();
-        say(sum.describe(&name, &scene, frames.len()))?;
+        say(sum.describe(&name, scene, frames.len()))?;
         if self.check {
             say("the pictures with culling equal those without, byte for byte")?;
         }

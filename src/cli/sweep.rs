@@ -21,7 +21,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Sweep {
-    /// Scene file: .glb, .gltf or .obj
+    /// Scene file: .glb, .gltf, .obj or .antumbra
     scene: PathBuf,
 
     /// Camera path (JSON)
@@ -52,10 +52,10 @@ impl Sweep {
             every: self.frames.every.get(),
         };
         let path = load_path(&self.path)?;
-        let scene = load_scene(&self.scene)?;
+        let prepared = load_scene(&self.scene)?;
         make_folder(&self.out)?;
         let bar = progress::bar("sweeping", 0);
-        let swept = sweep(&scene, &path, &settings, |done, all| {
+        let swept = sweep(&prepared, &path, &settings, |done, all| {
             bar.set_length(all as u64);
             bar.set_position(done as u64);
         });

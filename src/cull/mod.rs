@@ -32,7 +32,7 @@ use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
 use crate::occluders::{Budget, ClusterId, Contributions, DrawnCluster, LastFrame, Selection};
 use crate::occlusion::{Accuracy, OcclusionBuffer};
-use crate::prepare::ClusteredMesh;
+use crate::prepare::{ClusteredMesh, Prepared};
 use crate::scene::Scene;
 use crate::tasks::{Record, Stage, Tasks, stay_awake};
 use crate::view::{Camera, Frustum, PictureSize};
@@ -142,7 +142,7 @@ fn grow<T: Default>(things: &mut Vec<T>, count: usize) {
 }
 
 impl Culler {
-    /// A culler for a scene.
+    /// A culler for a scene, which is prepared for it.
     ///
     /// # Errors
     /// If the operating system gives no threads.
@@ -150,9 +150,29 @@ impl Culler {
         let pool = ThreadPoolBuilder::new()
             .num_threads(settings.threads)
             .build()?;
-        let occluders = pool.install(|| Arc::new(Occluders::new(&scene)));
+        let prepared = pool.install(|| Prepared::new(scene));
+        Ok(Culler::of_prepared(pool, &prepared, settings))
+    }
+
+    /// A culler for a scene that has been prepared.
+    ///
+    /// # Errors
+    /// If the operating system gives no threads.
+    pub fn with_prepared(
+        prepared: &Prepared,
+        settings: Settings,
+    ) -> Result<Culler, ThreadPoolBuildError> {
+        let pool = ThreadPoolBuilder::new()
+            .num_threads(settings.threads)
+            .build()?;
+        Ok(Culler::of_prepared(pool, prepared, settings))
+    }
+
+    fn of_prepared(pool: ThreadPool, prepared: &Prepared, settings: Settings) -> Culler {
+        let scene = prepared.scene().clone();
+        let occluders = Arc::new(Occluders::new(prepared));
         let subtrees = Arc::new(Subtrees::new(&scene));
-        Ok(Culler::prepared(pool, scene, settings, occluders, subtrees))
+        Culler::prepared(pool, scene, settings, occluders, subtrees)
     }
 
     /// Another culler for the same scene, with other settings and nothing remembered; what is known of the scene is shared.

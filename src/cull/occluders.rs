@@ -1,12 +1,14 @@
 //! What is known of a scene's occluders before any frame.
 
-use crate::prepare::{ClusteredMesh, ClusteredScene};
-use crate::scene::{Object, Scene};
+use std::sync::Arc;
+
+use crate::prepare::{ClusteredMesh, ClusteredScene, Prepared};
+use crate::scene::Object;
 
 /// A scene's occluders, ready to be drawn.
 #[derive(Debug)]
 pub struct Occluders {
-    clusters: ClusteredScene,
+    clusters: Arc<ClusteredScene>,
     /// How many triangles each object puts in the way.
     triangles: Vec<u32>,
     /// Whether each object's clusters are all that is ever drawn of it.
@@ -16,9 +18,9 @@ pub struct Occluders {
 }
 
 impl Occluders {
-    /// Makes a scene's occluders ready, on the current threads.
-    pub fn new(scene: &Scene) -> Occluders {
-        let clusters = ClusteredScene::new(scene);
+    /// Makes a prepared scene's occluders ready.
+    pub fn new(prepared: &Prepared) -> Occluders {
+        let (scene, clusters) = (prepared.scene(), prepared.occluders().clone());
         let triangles = |object: &Object| {
             clusters
                 .occluder(object)

@@ -1,6 +1,5 @@
 //! Measures a path, frame by frame.
 
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use rayon::ThreadPoolBuildError;
@@ -12,7 +11,7 @@ use super::{
 };
 use crate::cull::{Culler, Remembered, Settings, VisibleSet};
 use crate::occlusion::Accuracy;
-use crate::scene::Scene;
+use crate::prepare::Prepared;
 use crate::view::{Camera, CameraPath};
 
 /// A frame is repeated at least so often,
@@ -40,12 +39,13 @@ pub struct MeasureSettings {
 /// # Errors
 /// If the operating system gives no threads.
 pub fn run(
-    scene: &Arc<Scene>,
+    prepared: &Prepared,
     path: &CameraPath,
     settings: &MeasureSettings,
     mut on_frame: impl FnMut(usize, usize),
 ) -> Result<Report, ThreadPoolBuildError> {
-    let mut culler = Culler::new(scene.clone(), settings.cull)?;
+    let scene = prepared.scene();
+    let mut culler = Culler::with_prepared(prepared, settings.cull)?;
     let every = settings.every.max(1);
     let judged = path.cameras().len().div_ceil(every);
     let mut frames = Vec::with_capacity(judged);

@@ -2,15 +2,13 @@
 //!
 //! Every frame is drawn exactly once, and culled with every selection and budget.
 
-use std::sync::Arc;
-
 use rayon::ThreadPoolBuildError;
 use serde::Serialize;
 
 use super::Reference;
 use crate::cull::{Culler, Settings, VisibleSet};
 use crate::occluders::{Budget, Selection};
-use crate::scene::Scene;
+use crate::prepare::Prepared;
 use crate::view::CameraPath;
 
 /// A frame's time is the least of so many repeats.
@@ -62,13 +60,14 @@ pub struct Sweep {
 /// # Errors
 /// If the operating system gives no threads.
 pub fn sweep(
-    scene: &Arc<Scene>,
+    prepared: &Prepared,
     path: &CameraPath,
     settings: &SweepSettings,
     mut on_frame: impl FnMut(usize, usize),
 ) -> Result<Sweep, ThreadPoolBuildError> {
     let every = settings.every.max(1);
-    let first = Culler::new(scene.clone(), settings.cull)?;
+    let scene = prepared.scene();
+    let first = Culler::with_prepared(prepared, settings.cull)?;
     let mut runs = Vec::new();
     for occluders in Selection::ALL {
         let budgets = settings.budgets.iter().copied().map(Budget::Triangles);

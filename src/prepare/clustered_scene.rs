@@ -39,9 +39,7 @@ impl MemoryUse {
 impl ClusteredScene {
     /// Clusters a scene's occluders, with rayon's current threads. The result is the same for any number of them.
     pub fn new(scene: &Scene) -> ClusteredScene {
-        let mut occludes = vec![false; scene.meshes().len()];
-        let occluders = scene.objects().iter().filter_map(Object::occluder_mesh);
-        occluders.for_each(|mesh| occludes[mesh] = true);
+        let occludes = ClusteredScene::occluding_meshes(scene);
         let meshes = scene.meshes().par_iter().zip(&occludes);
         ClusteredScene {
             meshes: meshes
@@ -51,6 +49,19 @@ impl ClusteredScene {
                 })
                 .collect(),
         }
+    }
+
+    /// Which of a scene's meshes an object is drawn as when it is an occluder.
+    pub(super) fn occluding_meshes(scene: &Scene) -> Vec<bool> {
+        let mut occludes = vec![false; scene.meshes().len()];
+        let occluders = scene.objects().iter().filter_map(Object::occluder_mesh);
+        occluders.for_each(|mesh| occludes[mesh] = true);
+        occludes
+    }
+
+    /// Those of each mesh, in the order of the scene's; none that has no cluster.
+    pub(super) fn of(meshes: Vec<Option<ClusteredMesh>>) -> ClusteredScene {
+        ClusteredScene { meshes }
     }
 
     /// The clusters of a mesh, by its index in [`Scene::meshes`]. None if no object occludes by it, if none of its

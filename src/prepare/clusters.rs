@@ -18,7 +18,7 @@ use super::local_box::LocalBox;
 use super::partition::{corners, partition};
 use super::position_set::PositionSet;
 use super::quads::paired;
-use crate::scene::{Aabb, Mesh};
+use crate::scene::{Aabb, Array, Mesh};
 
 /// The most triangles that a cluster has.
 pub const TRIANGLES_PER_CLUSTER: usize = 64;
@@ -70,6 +70,29 @@ impl Cluster {
     }
 }
 
+/// What of a cluster is kept in an archive: the rest is found again from its geometry.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct ClusterOutline {
+    pub vertex_count: u8,
+    pub triangle_count: u8,
+    pub quad_count: u8,
+    pub double_sided: bool,
+    /// The axis of its cone, if it has one.
+    pub axis: Option<[f32; 3]>,
+}
+
+impl Cluster {
+    pub(super) fn outline(&self) -> ClusterOutline {
+        ClusterOutline {
+            vertex_count: self.vertex_count,
+            triangle_count: self.triangle_count,
+            quad_count: self.quad_count,
+            double_sided: self.double_sided,
+            axis: self.cone.as_ref().map(NormalCone::axis),
+        }
+    }
+}
+
 /// The geometry of one cluster.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClusterGeometry<'a> {
@@ -89,10 +112,7 @@ pub struct ClusterGeometry<'a> {
 impl<'a> ClusterGeometry<'a> {
     /// The triangles, three indices each.
     pub fn triangles(&self) -> impl Iterator<Item = [u8; 3]> {
-        self.quads.iter().flat_map(|&[a, b, c, d]| {
-            let other = (c != d).then_some([a, c, d]);
-            std::iter::once([a, b, c]).chain(other)
-        })
+        triangles_of(self.quads)
     }
 
     /// The same for the hot loops.
@@ -112,6 +132,14 @@ impl<'a> ClusterGeometry<'a> {
     }
 }
 
+/// The triangles of quadrilaterals.
+fn triangles_of(quads: &[[u8; 4]]) -> impl Iterator<Item = [u8; 3]> {
+    quads.iter().flat_map(|&[a, b, c, d]| {
+        let other = (c != d).then_some([a, c, d]);
+        std::iter::once([a, b, c]).chain(other)
+    })
+}
+
 /// The occluding triangles of a mesh, in clusters.
 ///
 /// Triangles with two corners in one place are left out: nothing of them is ever drawn.
@@ -122,8 +150,8 @@ impl<'a> ClusterGeometry<'a> {
 ///
 /// let wall = Mesh {
 ///     name: "wall".to_owned(),
-///     positions: vec![[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.0, 3.0, 0.0], [0.0, 3.0, 0.0]],
-///     triangles: vec![[0, 1, 2], [0, 2, 3]],
+///     positions: vec![[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.0, 3.0, 0.0], [0.0, 3.0, 0.0]].into(),
+///     triangles: vec![[0, 1, 2], [0, 2, 3]].into(),
 ///     surfaces: vec![Surface { triangles: 0..2, material: Material::default() }],
 /// };
 /// let clustered = ClusteredMesh::new(&wall);
@@ -139,10 +167,10 @@ impl<'a> ClusterGeometry<'a> {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ClusteredMesh {
     clusters: Vec<Cluster>,
-    x: Vec<f32>,
-    y: Vec<f32>,
-    z: Vec<f32>,
-    quads: Vec<[u8; 4]>,
+    x: Array<f32>,
+    y: Array<f32>,
+    z: Array<f32>,
+    quads: Array<[u8; 4]>,
     triangle_count: usize,
     tree: ClusterTree,
 }
@@ -155,7 +183,7 @@ impl ClusteredMesh {
     pub fn new(mesh: &Mesh) -> ClusteredMesh {
         let mut clustered = ClusteredMesh::default();
         for double_sided in [false, true] {
-            let sets = partition(mesh, occluding(mesh, double_sided), !double_sided);
+            let sets = partition(mesh, occluding(mesh, double_sided).collect(), !double_sided);
             let parts: Vec<Part> = sets
                 .par_iter()
                 .map(|set| Part::new(mesh, set, double_sided))
@@ -188,9 +216,50 @@ impl ClusteredMesh {
         }
     }
 
+    /// The geometry of a cluster that may have no place here.
+    pub(super) fn geometry_of(
+        &self,
+        cluster: &Cluster,
+    ) -> Result<ClusterGeometry<'_>, &'static str> {
+        let vertices = cluster.first_vertex..cluster.first_vertex + cluster.padded_vertex_count();
+        let quads = cluster.first_quad..cluster.first_quad + usize::from(cluster.quad_count);
+        let geometry = || {
+            Some(ClusterGeometry {
+                x: self.x.get(vertices.clone())?,
+                y: self.y.get(vertices.clone())?,
+                z: self.z.get(vertices)?,
+                vertex_count: usize::from(cluster.vertex_count),
+                quads: self.quads.get(quads)?,
+            })
+        };
+        geometry().ok_or("its geometry is missing")
+    }
+
+    /// Geometry without clusters yet.
+    pub(super) fn of_geometry([x, y, z]: [Array<f32>; 3], quads: Array<[u8; 4]>) -> ClusteredMesh {
+        ClusteredMesh {
+            x,
+            y,
+            z,
+            quads,
+            ..ClusteredMesh::default()
+        }
+    }
+
+    /// Adds a cluster whose geometry is here already.
+    pub(super) fn push_restored(&mut self, cluster: Cluster) {
+        self.triangle_count += usize::from(cluster.triangle_count);
+        self.clusters.push(cluster);
+    }
+
     /// All clusters' vertices, padding included: the x, the y and the z, local units.
     pub fn vertices(&self) -> [&[f32]; 3] {
         [&self.x, &self.y, &self.z]
+    }
+
+    /// All clusters' quadrilaterals.
+    pub fn quads(&self) -> &[[u8; 4]] {
+        &self.quads
     }
 
     /// How many triangles all clusters have.
@@ -224,27 +293,27 @@ impl ClusteredMesh {
             .positions
             .iter()
             .chain(last.into_iter().cycle().take(padding));
+        let (xs, ys, zs) = (self.x.to_mut(), self.y.to_mut(), self.z.to_mut());
         for &[x, y, z] in padded {
-            self.x.push(x);
-            self.y.push(y);
-            self.z.push(z);
+            xs.push(x);
+            ys.push(y);
+            zs.push(z);
         }
-        self.quads.extend(&part.quads);
+        self.quads.to_mut().extend(&part.quads);
         self.triangle_count += usize::from(part.cluster.triangle_count);
     }
 }
 
 /// The triangles to cluster, as indices into the mesh's.
-fn occluding(mesh: &Mesh, double_sided: bool) -> Vec<usize> {
+pub(super) fn occluding(mesh: &Mesh, double_sided: bool) -> impl Iterator<Item = usize> {
     let surfaces = mesh.surfaces.iter();
     surfaces
-        .filter(|s| s.material.occludes() && s.material.double_sided == double_sided)
+        .filter(move |s| s.material.occludes() && s.material.double_sided == double_sided)
         .flat_map(|s| s.triangles.clone())
         .filter(|&t| {
             let [a, b, c] = corners(mesh, t);
             a != b && b != c && c != a
         })
-        .collect()
 }
 
 /// A cluster before it has its place.
@@ -256,14 +325,16 @@ struct Part {
 
 impl Part {
     fn new(mesh: &Mesh, set: &[usize], double_sided: bool) -> Part {
-        let all_corners = || set.iter().map(|&t| corners(mesh, t));
         let mut positions = PositionSet::for_triangles(set.len());
-        let triangles: Vec<[u8; 3]> = all_corners()
-            .map(|corners| corners.map(|c| positions.insert(c) as u8))
+        let triangles: Vec<[u8; 3]> = set
+            .iter()
+            .map(|&t| corners(mesh, t).map(|c| positions.insert(c) as u8))
             .collect();
         let positions = positions.into_positions();
         let quads = paired(&positions, &triangles);
         let LocalBox { min, max } = LocalBox::around(positions.iter().copied());
+        // Of the triangles as they are kept, not as the mesh has them: from these the cone can be found again.
+        let kept = triangles_of(&quads).map(|t| t.map(|i| positions[usize::from(i)]));
         let cluster = Cluster {
             first_vertex: 0,
             first_quad: 0,
@@ -273,9 +344,7 @@ impl Part {
             double_sided,
             min,
             max,
-            cone: (!double_sided)
-                .then(|| NormalCone::around(all_corners()))
-                .flatten(),
+            cone: (!double_sided).then(|| NormalCone::around(kept)).flatten(),
         };
         Part {
             cluster,

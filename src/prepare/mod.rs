@@ -6,22 +6,31 @@
 //! cluster looks away from the eye, and [`ClusteredScene`] (`clustered_scene`) holds the clusters of every mesh that
 //! occludes, once however many objects share it.
 //!
+//! [`Prepared`] (`prepared`) is a scene with all of that; an `archive` keeps it in a file. What is read from one is checked by
+//! `restore` and `likeness`.
+//!
 //! The same scene gives the same bits on any machine and for any number of threads: only + − × ÷ and square roots, and
 //! every order is total.
 
+mod archive;
 mod cluster_tree;
 mod clustered_scene;
 mod clusters;
 mod cost;
+mod likeness;
 mod local_box;
 mod normal_cone;
 mod partition;
 mod position_set;
+mod prepared;
 mod quads;
+mod restore;
 
+pub use archive::ArchiveError;
 pub use clustered_scene::{ClusteredScene, MemoryUse};
 pub use clusters::{
     Cluster, ClusterGeometry, ClusteredMesh, TRIANGLES_PER_CLUSTER, VERTEX_BLOCK,
     VERTICES_PER_CLUSTER,
 };
 pub use normal_cone::NormalCone;
+pub use prepared::Prepared;

@@ -32,6 +32,9 @@ const QUESTION_ERROR: f64 = 1.0 / (1u64 << 40) as f64;
 /// The least cosine of θ: wider cones say nothing from any useful distance.
 const LEAST_COSINE: f64 = 0.02;
 
+/// How far the square of an axis' length may be from 1: three coordinates, each rounded to an f32, by 2⁻²⁴ of itself.
+const UNIT_ERROR: f64 = 1.0 / (1u32 << 22) as f64;
+
 /// Rounds of finding the axis: half of what could be gained is gained by the fourth.
 const ROUNDS: usize = 16;
 
@@ -84,6 +87,29 @@ impl NormalCone {
     pub fn around(triangles: impl IntoIterator<Item = [[f32; 3]; 3]>) -> Option<NormalCone> {
         let planes: Vec<Plane> = triangles.into_iter().filter_map(Plane::new).collect();
         let axis = narrow(axis_of(&planes)?);
+        NormalCone::of(&planes, axis)
+    }
+
+    /// The cone of some triangles around an axis that [`NormalCone::around`] once found for them, or any other: what the
+    /// cone says holds. None as there, or if the axis is no unit vector.
+    pub(super) fn along(
+        axis: [f32; 3],
+        triangles: impl IntoIterator<Item = [[f32; 3]; 3]>,
+    ) -> Option<NormalCone> {
+        // Also false for what is not a number.
+        let is_unit = (wide(axis).length_squared() - 1.0).abs() <= UNIT_ERROR;
+        let planes: Vec<Plane> = triangles.into_iter().filter_map(Plane::new).collect();
+        (is_unit && !planes.is_empty())
+            .then(|| NormalCone::of(&planes, axis))
+            .flatten()
+    }
+
+    /// The axis.
+    pub(super) fn axis(&self) -> [f32; 3] {
+        self.axis
+    }
+
+    fn of(planes: &[Plane], axis: [f32; 3]) -> Option<NormalCone> {
         let direction = wide(axis);
         let length = direction.length();
 
@@ -99,7 +125,7 @@ impl NormalCone {
 
         // n·(middle ∓ t·axis − p) ∓ is as it should be from t = ±n·(middle − p) / n·axis on.
         let (mut back, mut front) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
-        for p in &planes {
+        for p in planes {
             let offset = wide(middle) - wide(p.point);
             let above = p.normal.dot(offset);
             let error = p.error * offset.length();

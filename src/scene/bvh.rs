@@ -199,13 +199,57 @@ impl Bvh {
         depth_of.first().copied().unwrap_or(0)
     }
 
+    /// A hierarchy of which each node's [`first`](BvhNode::first) and [`count`](BvhNode::count) are known, and the order of
+    /// the objects; the boxes are found from theirs.
+    ///
+    /// # Errors
+    /// The first broken rule, see [`Bvh::validate`].
+    pub(super) fn relinked(
+        links: impl IntoIterator<Item = [u32; 2]>,
+        objects: Vec<u32>,
+        bounds: &[Aabb],
+    ) -> Result<Bvh, String> {
+        let node = |[first, count]: [u32; 2]| BvhNode {
+            first,
+            count,
+            ..BvhNode::UNSET
+        };
+        let nodes = links.into_iter().map(node).collect();
+        let mut bvh = Bvh { nodes, objects };
+        bvh.check_links(bounds.len())?;
+        bvh.fit(bounds);
+        Ok(bvh)
+    }
+
     /// Checks the hierarchy against the boxes it stands for, one for each object.
     ///
     /// # Errors
-    /// The first broken rule: an object in no leaf or in several, an index out of range or before its parent, a node
-    /// that does not hold its children, a leaf that does not hold its objects.
+    /// The first broken rule: an object in no leaf or in several, an index out of range or before its parent, a subtree
+    /// whose objects are not consecutive, a node that does not hold its children, a leaf that does not hold its objects.
     pub fn validate(&self, bounds: &[Aabb]) -> Result<(), String> {
-        let mut seen = vec![false; bounds.len()];
+        self.check_links(bounds.len())?;
+        for (i, node) in self.nodes.iter().enumerate() {
+            let (first, count) = (node.first as usize, node.count as usize);
+            if node.is_leaf() {
+                for &object in &self.objects[first..first + count] {
+                    if !node.bounds().contains(bounds[object as usize]) {
+                        return Err(format!("leaf {i} does not hold object {object}"));
+                    }
+                }
+                continue;
+            }
+            for child in [first, first + 1] {
+                if !node.bounds().contains(self.nodes[child].bounds()) {
+                    return Err(format!("node {i} does not hold its child {child}"));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks everything but the boxes.
+    fn check_links(&self, objects: usize) -> Result<(), String> {
+        let mut seen = vec![false; objects];
         let mut reached = vec![false; self.nodes.len()];
         let mut to_visit = Vec::new();
         if !self.nodes.is_empty() {
@@ -216,32 +260,26 @@ impl Bvh {
             let node = self.nodes[i];
             let (first, count) = (node.first as usize, node.count as usize);
             if node.is_leaf() {
-                let objects = self
-                    .objects
-                    .get(first..first + count)
-                    .ok_or(format!("leaf {i} is out of range"))?;
+                let objects = first.checked_add(count);
+                let objects = objects
+                    .and_then(|end| self.objects.get(first..end))
+                    .ok_or_else(|| format!("leaf {i} is out of range"))?;
                 for &object in objects {
-                    let of_object = *bounds
-                        .get(object as usize)
-                        .ok_or(format!("leaf {i}: no object {object}"))?;
-                    if std::mem::replace(&mut seen[object as usize], true) {
+                    let seen = seen
+                        .get_mut(object as usize)
+                        .ok_or_else(|| format!("leaf {i}: no object {object}"))?;
+                    if std::mem::replace(seen, true) {
                         return Err(format!("object {object} is in two leaves"));
-                    }
-                    if !node.bounds().contains(of_object) {
-                        return Err(format!("leaf {i} does not hold object {object}"));
                     }
                 }
                 continue;
             }
-            for child in [first, first + 1] {
+            for child in [first, first.saturating_add(1)] {
                 if child <= i || child >= self.nodes.len() {
                     return Err(format!("node {i} has child {child}"));
                 }
                 if std::mem::replace(&mut reached[child], true) {
                     return Err(format!("node {child} has two parents"));
-                }
-                if !node.bounds().contains(self.nodes[child].bounds()) {
-                    return Err(format!("node {i} does not hold its child {child}"));
                 }
                 to_visit.push(child);
             }
@@ -250,9 +288,30 @@ impl Bvh {
             seen.iter().position(|s| !s),
             reached.iter().position(|r| !r),
         ) {
-            (Some(object), _) => Err(format!("object {object} is in no leaf")),
-            (_, Some(node)) => Err(format!("node {node} has no parent")),
-            _ => Ok(()),
+            (Some(object), _) => return Err(format!("object {object} is in no leaf")),
+            (_, Some(node)) => return Err(format!("node {node} has no parent")),
+            _ if self.objects.len() > objects => {
+                return Err("there are more objects in its order than in the scene".to_owned());
+            }
+            _ => {}
         }
+        self.check_order()
+    }
+
+    /// Checks that the objects of each subtree are consecutive, those of the first child first. Children come after their
+    /// parents.
+    fn check_order(&self) -> Result<(), String> {
+        let mut below = vec![0..0; self.nodes.len()];
+        for (i, node) in self.nodes.iter().enumerate().rev() {
+            let first = node.first as usize;
+            below[i] = if node.is_leaf() {
+                first..first + node.count as usize
+            } else if below[first].end == below[first + 1].start {
+                below[first].start..below[first + 1].end
+            } else {
+                return Err(format!("the objects below node {i} are not consecutive"));
+            };
+        }
+        Ok(())
     }
 }

@@ -22,8 +22,16 @@ pub enum SceneError {
         source: std::io::Error,
     },
     /// The file's name does not end like a scene's.
-    #[error("{file}: not a kind of scene that can be read; give a .glb, .gltf or .obj file")]
+    #[error(
+        "{file}: not a kind of scene that can be read; give a .glb, .gltf, .obj or .antumbra file"
+    )]
     UnknownKind {
+        /// The file.
+        file: PathBuf,
+    },
+    /// The file is an archive, which holds more than a scene.
+    #[error("{file}: an archive: load it with `Prepared::load`")]
+    Archive {
         /// The file.
         file: PathBuf,
     },
@@ -94,7 +102,7 @@ fn place(file: &Option<PathBuf>) -> String {
 
 impl SceneError {
     /// The same error, naming the file the scene came from.
-    pub(super) fn in_file(mut self, path: &Path) -> SceneError {
+    pub(crate) fn in_file(mut self, path: &Path) -> SceneError {
         if let SceneError::Invalid { file, .. } | SceneError::NoTriangles { file } = &mut self {
             file.get_or_insert_with(|| path.to_path_buf());
         }

@@ -51,7 +51,7 @@ fn scene(objects: Vec<Object>) -> Arc<Scene> {
                 ..Material::default()
             },
         }],
-        triangles,
+        triangles: triangles.into(),
     };
     Arc::new(Scene::new(vec![cube], objects).expect("a sound scene"))
 }

@@ -49,19 +49,10 @@ impl Stage {
         }
     }
 
-    /// A real scene and every so many cameras of its path, where there is one: in the folder `ANTUMBRA_SCENES`, by default
-    /// `../shared/scenes`.
+    /// A real scene and every so many cameras of its path, where there is one, see [`real_scene`].
     pub fn real(name: &str, every: usize) -> Option<Stage> {
-        let folder = std::env::var_os("ANTUMBRA_SCENES").map_or_else(
-            || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes"),
-            PathBuf::from,
-        );
-        let file = folder.join(format!("{name}.glb"));
-        if !file.exists() {
-            eprintln!("skipped: there is no {}", file.display());
-            return None;
-        }
-        let path = CameraPath::load(&folder.join(format!("{name}.path.json"))).expect("a path");
+        let file = real_scene(name)?;
+        let path = CameraPath::load(&file.with_extension("path.json")).expect("a path");
         Some(Stage {
             scene: Arc::new(Scene::load(&file).expect("a sound file")),
             cameras: path.cameras().iter().step_by(every).copied().collect(),
@@ -118,6 +109,20 @@ pub fn mesh(positions: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Mesh {
         positions: positions.into(),
         triangles: triangles.into(),
     }
+}
+
+/// A real scene's file, where there is one: in the folder `ANTUMBRA_SCENES`, by default `../shared/scenes`.
+pub fn real_scene(name: &str) -> Option<PathBuf> {
+    let folder = std::env::var_os("ANTUMBRA_SCENES").map_or_else(
+        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes"),
+        PathBuf::from,
+    );
+    let file = folder.join(format!("{name}.glb"));
+    if !file.exists() {
+        eprintln!("skipped: there is no {}", file.display());
+        return None;
+    }
+    Some(file)
 }
 
 /// The picture of all benches.

@@ -491,6 +491,7 @@ fn odd_meshes_cluster() {
         let mut extreme = one.clone();
         extreme
             .positions
+            .to_mut()
             .iter_mut()
             .flatten()
             .for_each(|x| *x *= scale);

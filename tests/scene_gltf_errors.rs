@@ -30,7 +30,7 @@ fn a_file_of_another_kind_and_a_folder() {
     assert_refused(
         "picture.png",
         "",
-        &["not a kind of scene that can be read; give a .glb, .gltf or .obj file"],
+        &["not a kind of scene that can be read; give a .glb, .gltf, .obj or .antumbra file"],
     );
     assert_refused(
         "scene.gltf",

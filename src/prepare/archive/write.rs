@@ -18,33 +18,46 @@ use super::{
 use crate::prepare::{ClusteredMesh, ClusteredScene, Prepared};
 use crate::scene::{Alpha, Mesh, Object, Scene, Surface};
 
+/// So many drafts of a file may lie beside it, being written or left behind by who was ended.
+const MOST_DRAFTS: u32 = 100;
+
 /// Writes what has been prepared to a file; gives its length in bytes.
 pub(in crate::prepare) fn save(prepared: &Prepared, file: &Path) -> Result<u64, ArchiveError> {
-    let draft = draft_name(file);
-    let written = write(prepared, &draft).and_then(|length| {
-        std::fs::rename(&draft, file)?;
-        Ok(length)
-    });
-    written.map_err(|source| {
-        // Nothing is lost with it, and there is nothing to do if it stays.
-        let _ = std::fs::remove_file(&draft);
-        ArchiveError::Write {
-            file: file.to_path_buf(),
-            source,
+    let written = create_draft(file).and_then(|(draft, out)| {
+        let written = write(prepared, out).and_then(|length| {
+            std::fs::rename(&draft, file)?;
+            Ok(length)
+        });
+        if written.is_err() {
+            // Nothing is lost with it, and there is nothing to do if it stays.
+            let _ = std::fs::remove_file(&draft);
         }
+        written
+    });
+    written.map_err(|source| ArchiveError::Write {
+        file: file.to_path_buf(),
+        source,
     })
 }
 
-/// What the file is called until it is complete.
-fn draft_name(file: &Path) -> PathBuf {
-    let mut name = std::ffi::OsString::from(".");
-    name.push(file.file_name().unwrap_or_default());
-    name.push(format!(".{}.tmp", std::process::id()));
-    file.with_file_name(name)
+/// A file beside the one that is meant, and its name: one that nobody else is writing.
+fn create_draft(file: &Path) -> io::Result<(PathBuf, File)> {
+    let mut attempt = 0;
+    loop {
+        let mut name = std::ffi::OsString::from(".");
+        name.push(file.file_name().unwrap_or_default());
+        name.push(format!(".{}-{attempt}.tmp", std::process::id()));
+        let name = file.with_file_name(name);
+        match File::create_new(&name) {
+            Err(e) if e.kind() == io::ErrorKind::AlreadyExists && attempt < MOST_DRAFTS => {
+                attempt += 1;
+            }
+            created => return created.map(|out| (name, out)),
+        }
+    }
 }
 
-fn write(prepared: &Prepared, draft: &Path) -> io::Result<u64> {
-    let mut out = File::create(draft)?;
+fn write(prepared: &Prepared, mut out: File) -> io::Result<u64> {
     let mut table = Draft::of(KINDS.len());
     for kind in KINDS {
         let bytes = section(kind, prepared.scene(), prepared.occluders());

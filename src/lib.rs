@@ -10,6 +10,7 @@ pub mod occluders;
 pub mod occlusion;
 pub mod prepare;
 pub mod raster;
+pub mod sampling;
 pub mod scene;
 pub mod tasks;
 pub mod view;

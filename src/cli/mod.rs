@@ -17,6 +17,7 @@ mod progress;
 mod render;
 mod sweep;
 mod sweep_chart;
+mod visibility_grid;
 
 use std::process::ExitCode;
 
@@ -55,6 +56,8 @@ enum Command {
     Sweep(sweep::Sweep),
     Prepare(prepare::Prepare),
     Generate(generate::Generate),
+    #[command(hide = true)]
+    PrepareGrid(visibility_grid::PrepareGrid),
     Info(info::Info),
 }
 
@@ -67,6 +70,7 @@ pub fn run() -> ExitCode {
         Command::Sweep(sweep) => sweep.run(),
         Command::Prepare(prepare) => prepare.run(),
         Command::Generate(generate) => generate.run(),
+        Command::PrepareGrid(prepare) => prepare.run(),
         Command::Info(info) => info.run(),
     };
     match done {

@@ -6,10 +6,13 @@ use super::gaps::{self, GapMemory};
 use super::marks::Marks;
 use super::recall::{RecallMemory, recall};
 use super::rounds::{EVERYTHING, RoundMemory, draw_waiting};
+use super::sampled::{SampledMemory, sampled};
 use super::traverse::{TraverseMemory, hide_subtrees};
 use super::waiting::{Waiting, nearness};
 use super::{Frame, Statistics};
-use crate::occluders::{ClusterId, Contributions, DrawnCluster, object_of, sort_nearest};
+use crate::occluders::{
+    ClusterId, Contributions, DrawnCluster, SampledCluster, object_of, sort_nearest,
+};
 use crate::occlusion::{Footprint, OcclusionBuffer, SampleRect};
 use crate::tasks::Work;
 
@@ -37,6 +40,7 @@ pub struct DrawMemory {
     rounds: RoundMemory,
     traverse: TraverseMemory,
     recall: RecallMemory,
+    sampled: SampledMemory,
     gaps: GapMemory,
 }
 
@@ -168,6 +172,25 @@ pub fn draw_remembered(
         drawn.contributions,
         buffer.screen(),
         &mut memory.recall,
+        &mut memory.waiting,
+    );
+    draw_until(EVERYTHING, frame, buffer, memory, drawn);
+}
+
+/// Draws the clusters that are seen from a viewpoint near the eye.
+pub fn draw_sampled(
+    frame: &Frame<'_>,
+    seen: &[SampledCluster],
+    buffer: &mut OcclusionBuffer,
+    memory: &mut DrawMemory,
+    drawn: &mut Drawn<'_>,
+) {
+    memory.begin();
+    sampled(
+        frame,
+        seen,
+        buffer.screen(),
+        &mut memory.sampled,
         &mut memory.waiting,
     );
     draw_until(EVERYTHING, frame, buffer, memory, drawn);

@@ -2,10 +2,15 @@
 
 use std::time::{Duration, Instant};
 
-use super::draw::{DrawMemory, Drawn, draw_occluders, draw_remembered, draw_what_closes_gaps};
+use super::draw::{
+    DrawMemory, Drawn, draw_occluders, draw_remembered, draw_sampled, draw_what_closes_gaps,
+};
 use super::marks::Marks;
+use super::sampled::seen_nearby;
 use super::test::{Kept, LookMemory, TestMemory, look_closely, not_hidden};
-use super::traverse::{self, FrustumMemory, TraverseMemory, not_hidden_so_far};
+use super::traverse::{
+    self, FrustumMemory, TraverseMemory, hide_subtrees, not_hidden_so_far,
+};
 use super::{Frame, Remembered, StageTimes, Statistics, VisibleSet, grow, share_of};
 use crate::occluders::{
     Budget, DrawnCluster, Selection, distance_keys, keep_promising, solid_angle_keys, weight_keys,
@@ -15,7 +20,8 @@ use crate::occlusion::{Accuracy, Footprint, OcclusionBuffer};
 use crate::tasks::Work;
 use crate::view::{Camera, Containment, Frustum, Planes};
 
-/// Of so many objects, a frame that remembers nothing draws what is promising, before it closes gaps.
+/// Of so many objects, a frame that remembers nothing draws what is promising, before it closes gaps, if no grid tells what is seen
+/// from nearby.
 const FIRST_OCCLUDERS: usize = 64;
 
 /// Each thread has so many tasks of finding keys,
@@ -88,7 +94,15 @@ impl Frame<'_> {
         let selection = self.settings.occluders;
         let last = &mut remembered.last;
         let remembers = matches!(selection, Selection::PreviousVisible | Selection::Coherent);
-        let candidates = if remembers {
+        let seen = if selection == Selection::Sampled {
+            seen_nearby(self, camera)
+        } else {
+            None
+        };
+        let candidates = if seen.is_some() {
+            // What is seen from nearby is known already.
+            self.candidates(camera, &[], &mut memory.candidates)
+        } else if remembers {
             let of_last = &mut memory.of_last;
             of_last.clear();
             let objects = in_frustum.iter().copied();
@@ -104,7 +118,15 @@ impl Frame<'_> {
             contributions: &mut remembered.contributions,
             statistics: &mut found.statistics,
         };
-        draw_occluders(self, candidates, buffer, &mut memory.draw, &mut drawn);
+        if let Some(seen) = seen {
+            draw_sampled(self, seen, buffer, &mut memory.draw, &mut drawn);
+            let Drawn {
+                hidden, statistics, ..
+            } = &mut drawn;
+            hide_subtrees(self, buffer, &mut memory.traverse, hidden, statistics);
+        } else {
+            draw_occluders(self, candidates, buffer, &mut memory.draw, &mut drawn);
+        }
         clock.lap(|times| &mut times.raster);
         self.tasks.alone(Work::Finish, || buffer.finish());
         clock.lap(|times| &mut times.pyramid);
@@ -155,15 +177,20 @@ impl Frame<'_> {
             statistics,
         };
         if is_first {
-            let frustum = Frustum::new(camera, self.settings.size);
-            let in_frustum = &mut memory.in_frustum;
-            traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum);
-            let candidates = self.candidates(camera, in_frustum, &mut memory.candidates);
-            keep_promising(self.scene, camera.eye(), candidates, FIRST_OCCLUDERS, |o| {
-                self.occluders.triangles_of(o)
-            });
-            clock.lap(|times| &mut times.select);
-            draw_occluders(self, candidates, buffer, &mut memory.draw, &mut drawn);
+            if let Some(seen) = seen_nearby(self, camera) {
+                clock.lap(|times| &mut times.select);
+                draw_sampled(self, seen, buffer, &mut memory.draw, &mut drawn);
+            } else {
+                let frustum = Frustum::new(camera, self.settings.size);
+                let in_frustum = &mut memory.in_frustum;
+                traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum);
+                let candidates = self.candidates(camera, in_frustum, &mut memory.candidates);
+                keep_promising(self.scene, camera.eye(), candidates, FIRST_OCCLUDERS, |o| {
+                    self.occluders.triangles_of(o)
+                });
+                clock.lap(|times| &mut times.select);
+                draw_occluders(self, candidates, buffer, &mut memory.draw, &mut drawn);
+            }
             for &DrawnCluster {
                 id,
                 triangles,
@@ -269,6 +296,7 @@ impl Frame<'_> {
                 Selection::Nearest
                 | Selection::PreviousVisible
                 | Selection::Coherent
+                | Selection::Sampled
                 | Selection::Contribution => distance_keys(scene, eye, objects, keys),
             }
         });

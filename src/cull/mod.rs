@@ -4,7 +4,8 @@
 //! each asked first whether what is drawn already hides it; now and then whole nodes of the hierarchy are asked, and a hidden one
 //! answers for all below it (`draw`, `traverse`). By contribution, the clusters that the last frame needed are drawn (`recall`),
 //! the hierarchy is asked (`traverse`, `seen`), and where an object shows that ought to be hidden, what covers it is drawn
-//! (`gaps`, `covers`). On request, `clusters` tells which clusters of the survivors may be seen.
+//! (`gaps`, `covers`). Where nothing is remembered, the clusters that are seen from a viewpoint nearby stand in for those that were
+//! needed, if somebody found them beforehand (`sampled`). On request, `clusters` tells which clusters of the survivors may be seen.
 //!
 //! In exact mode the picture of the survivors is the picture of the scene. Every answer "hidden" rests on an occluder
 //! surface strictly nearer at each sample the object could own; the nearest surface at a sample is never culled by
@@ -20,6 +21,7 @@ mod marks;
 mod occluders;
 mod recall;
 mod rounds;
+mod sampled;
 mod seen;
 mod statistics;
 mod test;
@@ -32,7 +34,9 @@ use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
 use crate::occluders::{Budget, ClusterId, Contributions, DrawnCluster, LastFrame, Selection};
 use crate::occlusion::{Accuracy, OcclusionBuffer};
-use crate::prepare::{ClusteredMesh, Prepared};
+use crate::prepare::{
+    ClusteredMesh, ClusteredScene, Prepared, VisibilityGrid, VisibilityGridError,
+};
 use crate::scene::Scene;
 use crate::tasks::{Record, Stage, Tasks, stay_awake};
 use crate::view::{Camera, Frustum, PictureSize};
@@ -106,6 +110,7 @@ struct State {
     settings: Settings,
     occluders: Arc<Occluders>,
     subtrees: Arc<Subtrees>,
+    visibility_grid: Option<Arc<VisibilityGrid>>,
     buffer: Option<OcclusionBuffer>,
     remembered: Remembered,
     memory: Memory,
@@ -125,6 +130,8 @@ struct Frame<'a> {
     scene: &'a Scene,
     occluders: &'a Occluders,
     subtrees: &'a Subtrees,
+    /// Of this scene, if there is one.
+    visibility_grid: Option<&'a VisibilityGrid>,
     settings: &'a Settings,
     tasks: Tasks<'a>,
 }
@@ -187,16 +194,39 @@ impl Culler {
             scene,
             occluders,
             subtrees,
+            visibility_grid,
             ..
         } = &self.state;
         let (scene, occluders) = (scene.clone(), occluders.clone());
-        Ok(Culler::prepared(
-            pool,
-            scene,
-            settings,
-            occluders,
-            subtrees.clone(),
-        ))
+        let mut another = Culler::prepared(pool, scene, settings, occluders, subtrees.clone());
+        another.state.visibility_grid.clone_from(visibility_grid);
+        Ok(another)
+    }
+
+    /// Gives sampled visibility of this scene to the frames: to [`Selection::Sampled`], and to those by contribution that remember
+    /// nothing. It chooses occluders and hides nothing, so a grid of other places, or of the scene as it was, costs time alone.
+    ///
+    /// # Errors
+    /// If the grid names a cluster that the scene does not have; then there is none.
+    pub fn set_visibility_grid(
+        &mut self,
+        grid: Arc<VisibilityGrid>,
+    ) -> Result<(), VisibilityGridError> {
+        let state = &mut self.state;
+        state.visibility_grid = None;
+        grid.check_scene(&state.scene, state.occluders.clusters())?;
+        state.visibility_grid = Some(grid);
+        Ok(())
+    }
+
+    /// The sampled visibility that frames use, if there is any.
+    pub fn visibility_grid(&self) -> Option<&Arc<VisibilityGrid>> {
+        self.state.visibility_grid.as_ref()
+    }
+
+    /// The clusters of the scene's occluders.
+    pub fn clusters(&self) -> &ClusteredScene {
+        self.state.occluders.clusters()
     }
 
     fn prepared(
@@ -213,6 +243,7 @@ impl Culler {
                 scene,
                 settings,
                 occluders,
+                visibility_grid: None,
                 buffer: None,
                 remembered: Remembered::default(),
                 memory: Memory::default(),
@@ -343,6 +374,7 @@ impl State {
             scene: &self.scene,
             occluders: &self.occluders,
             subtrees: &self.subtrees,
+            visibility_grid: self.visibility_grid.as_deref(),
             settings: &self.settings,
             tasks,
         }
@@ -354,6 +386,7 @@ impl State {
             settings,
             occluders,
             subtrees,
+            visibility_grid,
             buffer,
             remembered,
             memory,
@@ -362,6 +395,7 @@ impl State {
             scene,
             occluders,
             subtrees,
+            visibility_grid: visibility_grid.as_deref(),
             settings,
             tasks,
         };

@@ -56,6 +56,11 @@ impl Occluders {
         &self.never_culled
     }
 
+    /// The clusters of all of them.
+    pub fn clusters(&self) -> &ClusteredScene {
+        &self.clusters
+    }
+
     /// What an object is drawn as; none if it is no occluder.
     pub fn mesh_of(&self, object: &Object) -> Option<&ClusteredMesh> {
         self.clusters.occluder(object)

@@ -4,7 +4,7 @@ use super::Frame;
 use super::waiting::{Waiting, WaitingCluster};
 use crate::occluders::Contributions;
 use crate::occlusion::{Footprint, Screen};
-use crate::prepare::Cluster;
+use crate::prepare::ClusteredMesh;
 
 /// Memory that is kept from frame to frame.
 #[derive(Debug, Default)]
@@ -27,40 +27,24 @@ pub fn recall(
     let object_of = |&place: &u32| contributions.id(place).object;
     for places in chosen.chunk_by(|a, b| object_of(a) == object_of(b)) {
         let number = object_of(&places[0]);
-        let object = &frame.scene.objects()[number as usize];
-        let Some(mesh) = frame.occluders.mesh_of(object) else {
+        let number_of = |&place: &u32| contributions.id(place).cluster;
+        let numbers = places.iter().map(number_of);
+        let Some((placed, mesh)) =
+            place_clusters(frame, number, numbers, screen, waiting, footprints)
+        else {
             continue;
         };
-        let bounds = &frame.scene.bounds()[number as usize];
-        // A proxy hides nothing while its object reaches the near plane.
-        if object.occluder_proxy.is_some()
-            && screen.footprint_of_aabb(bounds) == Footprint::Unbounded
-        {
-            continue;
-        }
-        let number_of = |&place: &u32| contributions.id(place).cluster;
-        let clusters = places
-            .iter()
-            .map(|place| &mesh.clusters()[number_of(place) as usize]);
-        let placed = waiting.place(frame, number, true, screen);
-        footprints.clear();
-        screen.footprints_of_local_boxes(
-            frame.settings.level,
-            waiting.screen_of(placed),
-            bounds,
-            clusters.clone().map(Cluster::bounds),
-            footprints,
-        );
         let mut are_none = true;
-        for ((place, cluster), &footprint) in places.iter().zip(clusters).zip(&*footprints) {
+        for (place, &footprint) in places.iter().zip(&*footprints) {
             if footprint == Footprint::Nowhere {
                 continue;
             }
             are_none = false;
+            let cluster = number_of(place);
             waiting.push(WaitingCluster {
                 placed,
-                cluster: number_of(place),
-                triangles: u32::from(cluster.triangle_count),
+                cluster,
+                triangles: u32::from(mesh.clusters()[cluster as usize].triangle_count),
                 known: Some(*place),
                 footprint,
                 asked_before: None,
@@ -70,4 +54,33 @@ pub fn recall(
             waiting.settle(placed, &mut |_| {});
         }
     }
+}
+
+/// Places an object, and finds where some of its clusters may be drawn. None if it hides nothing from here.
+pub fn place_clusters<'a>(
+    frame: &Frame<'a>,
+    number: u32,
+    clusters: impl Iterator<Item = u32>,
+    screen: &Screen,
+    waiting: &mut Waiting,
+    footprints: &mut Vec<Footprint>,
+) -> Option<(u32, &'a ClusteredMesh)> {
+    let object = &frame.scene.objects()[number as usize];
+    let mesh = frame.occluders.mesh_of(object)?;
+    let bounds = &frame.scene.bounds()[number as usize];
+    // A proxy hides nothing while its object reaches the near plane.
+    if object.occluder_proxy.is_some() && screen.footprint_of_aabb(bounds) == Footprint::Unbounded {
+        return None;
+    }
+    let placed = waiting.place(frame, number, true, screen);
+    let boxes = clusters.map(|cluster| mesh.clusters()[cluster as usize].bounds());
+    footprints.clear();
+    screen.footprints_of_local_boxes(
+        frame.settings.level,
+        waiting.screen_of(placed),
+        bounds,
+        boxes,
+        footprints,
+    );
+    Some((placed, mesh))
 }

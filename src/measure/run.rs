@@ -42,7 +42,7 @@ pub fn run(
     prepared: &Prepared,
     path: &CameraPath,
     settings: &MeasureSettings,
-    mut on_frame: impl FnMut(usize, usize),
+    on_frame: impl FnMut(usize, usize),
 ) -> Result<Report, ThreadPoolBuildError> {
     let scene = prepared.scene();
     let mut culler = Culler::with_prepared(prepared, settings.cull)?;
@@ -66,16 +66,16 @@ pub fn run(
             culler.cull(camera);
         }
     }
-    let size = settings.cull.size;
+    let size = culler.settings().size;
     let totals = Totals::of(&frames, (size.width() * size.height()) as u64);
     let objects = scene.objects().len() as u64;
     let scene = SceneReport {
         objects,
         triangles: scene.triangle_count(),
     };
-    Ok(Report {
+    Report {
         scene,
-        settings: describe(settings, culler.threads()),
+        settings: describe(&culler, settings),
         frames,
         totals,
         simulated: if settings.simulate_threads {
@@ -83,10 +83,10 @@ pub fn run(
         } else {
             Vec::new()
         },
-    })
+    }
 }
 
-fn describe(settings: &MeasureSettings, threads: usize) -> SettingsReport {
+fn describe(culler: &Culler, settings: &MeasureSettings) -> SettingsReport {
     let Settings {
         size,
         accuracy,
@@ -94,14 +94,14 @@ fn describe(settings: &MeasureSettings, threads: usize) -> SettingsReport {
         budget,
         level,
         ..
-    } = settings.cull;
+    } = *culler.settings();
     let (accuracy, hole) = match accuracy {
         Accuracy::Exact => ("exact", 0),
         Accuracy::Approximate { hole } => ("approximate", hole),
     };
     SettingsReport {
         size: [size.width(), size.height()],
-        threads,
+        threads: culler.threads(),
         simd: level.to_string(),
         accuracy: accuracy.into(),
         hole,

@@ -70,6 +70,10 @@ pub fn sweep(
     let first = Culler::with_prepared(prepared, settings.cull)?;
     let mut runs = Vec::new();
     for occluders in Selection::ALL {
+        if occluders == Selection::Sampled && first.visibility_grid().is_none() {
+            // It would be the nearest once more.
+            continue;
+        }
         let budgets = settings.budgets.iter().copied().map(Budget::Triangles);
         let auto = (occluders == Selection::Contribution).then_some(Budget::Auto);
         for budget in budgets.chain(auto).chain([Budget::All]) {

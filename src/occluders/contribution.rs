@@ -20,7 +20,7 @@ pub struct ClusterId {
 }
 
 /// Drawing a cluster costs as much as so many triangles, besides its own.
-const CLUSTER_COST: u32 = 6;
+pub(super) const CLUSTER_COST: u32 = 6;
 
 /// A cluster is remembered for so many frames before it is left out for the first time,
 const FIRST_HOLD: u8 = 2;

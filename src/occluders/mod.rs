@@ -7,6 +7,8 @@ mod last_frame;
 mod nearest;
 mod promise;
 mod solid_angle;
+mod visibility_bytes;
+mod visibility_grid;
 mod weight;
 mod z_plane;
 
@@ -15,6 +17,10 @@ pub use last_frame::LastFrame;
 pub use nearest::{distance_keys, object_of, sort_nearest};
 pub use promise::keep_promising;
 pub use solid_angle::solid_angle_keys;
+pub use visibility_grid::{
+    GridLayout, MOST_CLUSTERS_PER_VIEWPOINT, MOST_VIEWPOINTS, SampledCluster, VisibilityGrid,
+    VisibilityGridError,
+};
 pub use weight::weight_keys;
 pub use z_plane::z_plane_keys;
 
@@ -65,6 +71,9 @@ pub enum Selection {
     PreviousVisible,
     /// The nearest of those and of what has entered the frustum (HOM §7.4, equation 7.1).
     Coherent,
+    /// The clusters that are seen from the nearest viewpoint of a grid (HOM §7.5); where there is no such viewpoint, the nearest
+    /// objects.
+    Sampled,
     /// The clusters that the frames before needed, and what closes the gaps between them.
     #[default]
     Contribution,
@@ -72,13 +81,14 @@ pub enum Selection {
 
 impl Selection {
     /// All of them.
-    pub const ALL: [Selection; 7] = [
+    pub const ALL: [Selection; 8] = [
         Selection::Nearest,
         Selection::ZPlane,
         Selection::SolidAngle,
         Selection::Weight,
         Selection::PreviousVisible,
         Selection::Coherent,
+        Selection::Sampled,
         Selection::Contribution,
     ];
 
@@ -99,6 +109,7 @@ impl Selection {
             Selection::Weight => "weight",
             Selection::PreviousVisible => "previous-visible",
             Selection::Coherent => "coherent",
+            Selection::Sampled => "sampled",
             Selection::Contribution => "contribution",
         }
     }

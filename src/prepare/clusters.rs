@@ -190,7 +190,7 @@ impl ClusteredMesh {
                 .collect();
             parts.iter().for_each(|part| clustered.append(part));
         }
-        clustered.tree = ClusterTree::over(&clustered.clusters);
+        clustered.grow_tree();
         clustered
     }
 
@@ -265,6 +265,11 @@ impl ClusteredMesh {
     /// How many triangles all clusters have.
     pub fn triangle_count(&self) -> usize {
         self.triangle_count
+    }
+
+    /// Builds the hierarchy over the clusters, when all are there.
+    pub(super) fn grow_tree(&mut self) {
+        self.tree = ClusterTree::over(&self.clusters);
     }
 
     /// The hierarchy over the clusters; empty if there is only one.

@@ -73,6 +73,7 @@ impl ClusteredMesh {
         if mesh.quads().len() != first_quad {
             return Err("there are quadrilaterals of no cluster".to_owned());
         }
+        mesh.grow_tree();
         Ok(mesh)
     }
 }

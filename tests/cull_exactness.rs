@@ -8,7 +8,9 @@ use std::sync::Arc;
 
 use antumbra::cull::{Culler, Settings, VisibleSet};
 use antumbra::glam::{DAffine3, DVec3};
-use antumbra::occluders::{Budget, Selection};
+use antumbra::occluders::{
+    Budget, ClusterId, GridLayout, SampledCluster, Selection, VisibilityGrid,
+};
 use antumbra::raster::{ObjectAssembler, for_each_sample};
 use antumbra::scene::{Alpha, Material, Mesh, Object, Scene, Surface};
 use antumbra::view::{Camera, PictureSize, Projection};
@@ -163,6 +165,40 @@ fn stepped(chance: &mut Chance, camera: &Camera) -> Camera {
     Camera::look_at(eye, eye + ahead, camera.up(), *camera.projection()).unwrap()
 }
 
+/// A grid around a place whose lists are nonsense: any clusters of the scene, with any solid angles. Some lists are empty, and some
+/// eyes are too far from all viewpoints.
+fn nonsense_grid(chance: &mut Chance, culler: &Culler, home: DVec3) -> VisibilityGrid {
+    let spacing = chance.real(2.0, 12.0);
+    let layout = GridLayout {
+        first: home - DVec3::splat(spacing),
+        spacing,
+        counts: [3; 3],
+    };
+    let scene = culler.scene();
+    let clusters = (0..).zip(scene.objects()).flat_map(|(number, object)| {
+        let mesh = culler.clusters().occluder(object);
+        let count = mesh.map_or(0, |mesh| mesh.clusters().len() as u32);
+        (0..count).map(move |cluster| ClusterId {
+            object: number,
+            cluster,
+        })
+    });
+    let clusters: Vec<ClusterId> = clusters.collect();
+    let lists: Vec<Vec<SampledCluster>> = (0..27)
+        .map(|_| {
+            let one_in = [1, 2, 6, 1_000_000][chance.whole(0, 3) as usize];
+            let ids = clusters.iter().filter(|_| chance.one_in(one_in)).copied();
+            let ids: Vec<ClusterId> = ids.collect();
+            let sampled = ids.into_iter().map(|id| SampledCluster {
+                id,
+                solid_angle: chance.real(0.0, 12.0) as f32,
+            });
+            sampled.collect()
+        })
+        .collect();
+    VisibilityGrid::new(layout, &lists).unwrap()
+}
+
 /// What holds of any frame.
 fn check(culler: &Culler, camera: &Camera, found: &VisibleSet, what: &str) {
     let (scene, settings) = (culler.scene(), culler.settings());
@@ -228,7 +264,7 @@ fn never_culls_what_owns_a_pixel() {
         };
         // Half of them by contribution.
         let occluders = match round % 16 {
-            of_papers @ 0..7 => Selection::ALL[of_papers],
+            of_papers @ 0..8 => Selection::ALL[of_papers],
             _ => Selection::Contribution,
         };
         let settings = Settings {
@@ -237,12 +273,19 @@ fn never_culls_what_owns_a_pixel() {
             ..settings(size)
         };
         let mut culler = Culler::new(scene.clone(), settings).unwrap();
+        if occluders == Selection::Sampled || round % 3 == 0 {
+            let grid = nonsense_grid(&mut chance, &culler, home);
+            culler.set_visibility_grid(Arc::new(grid)).unwrap();
+        }
         let mut camera = worlds::camera(&mut chance, home, 12.0);
         for view in 0..12 {
             // Now and then somewhere else, and from there small steps, of which frames remember something.
             if view % 3 == 0 {
                 let distance = [0.5, 12.0, 14.0, 40.0][view / 3];
                 camera = worlds::camera(&mut chance, home, distance);
+                if round % 2 == 0 {
+                    culler.forget();
+                }
             } else {
                 camera = stepped(&mut chance, &camera);
             }

@@ -8,9 +8,7 @@ use super::draw::{
 use super::marks::Marks;
 use super::sampled::seen_nearby;
 use super::test::{Kept, LookMemory, TestMemory, look_closely, not_hidden};
-use super::traverse::{
-    self, FrustumMemory, TraverseMemory, hide_subtrees, not_hidden_so_far,
-};
+use super::traverse::{self, FrustumMemory, TraverseMemory, hide_subtrees, not_hidden_so_far};
 use super::{Frame, Remembered, StageTimes, Statistics, VisibleSet, grow, share_of};
 use crate::occluders::{
     Budget, DrawnCluster, Selection, distance_keys, keep_promising, solid_angle_keys, weight_keys,

@@ -10,8 +10,8 @@
 
 use glam::DVec3;
 
-use super::visibility_grid::{GridLayout, SampledCluster, VisibilityGrid, VisibilityGridError};
 use super::ClusterId;
+use super::visibility_grid::{GridLayout, SampledCluster, VisibilityGrid, VisibilityGridError};
 
 /// What the bytes begin with; the last is the version.
 const MAGIC: [u8; 8] = *b"AVISGRD\x01";
@@ -22,8 +22,7 @@ const CLUSTER_BYTES: usize = 12;
 impl VisibilityGrid {
     /// The grid as bytes, the same on any machine.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let length =
-            HEADER_BYTES + 4 * self.starts.len() + CLUSTER_BYTES * self.clusters.len();
+        let length = HEADER_BYTES + 4 * self.starts.len() + CLUSTER_BYTES * self.clusters.len();
         let mut bytes = Vec::with_capacity(length);
         bytes.extend(MAGIC);
         let GridLayout {
@@ -153,7 +152,10 @@ mod tests {
     fn every_part_of_the_bytes_is_an_error() {
         let bytes = grid().to_bytes();
         for length in 0..bytes.len() {
-            assert!(VisibilityGrid::from_bytes(&bytes[..length]).is_err(), "{length}");
+            assert!(
+                VisibilityGrid::from_bytes(&bytes[..length]).is_err(),
+                "{length}"
+            );
         }
         let longer = [&bytes[..], &[0]].concat();
         assert!(VisibilityGrid::from_bytes(&longer).is_err());

@@ -32,7 +32,9 @@ pub enum VisibilityGridError {
     #[error("no grid can be laid out: {0}")]
     Layout(&'static str),
     /// There would be more viewpoints than a grid may have.
-    #[error("the grid would have {viewpoints} viewpoints, but {MOST_VIEWPOINTS} are the most: choose a larger spacing")]
+    #[error(
+        "the grid would have {viewpoints} viewpoints, but {MOST_VIEWPOINTS} are the most: choose a larger spacing"
+    )]
     TooMany {
         /// How many there would be.
         viewpoints: u64,
@@ -81,7 +83,9 @@ impl GridLayout {
             ));
         }
         // A cast saturates.
-        let counts = size.to_array().map(|side| (side / spacing).ceil().max(1.0) as u32);
+        let counts = size
+            .to_array()
+            .map(|side| (side / spacing).ceil().max(1.0) as u32);
         let layout = GridLayout {
             first: DVec3::from(std::array::from_fn::<f64, 3, _>(|axis| {
                 let span = f64::from(counts[axis] - 1) * spacing;
@@ -126,7 +130,9 @@ impl GridLayout {
     pub fn viewpoints(&self) -> u64 {
         let counts = self.counts.map(u64::from);
         // Anything above the limit is too many.
-        counts[0].saturating_mul(counts[1]).saturating_mul(counts[2])
+        counts[0]
+            .saturating_mul(counts[1])
+            .saturating_mul(counts[2])
     }
 
     /// A viewpoint by its number: x counts fastest, then y, then z.
@@ -155,7 +161,9 @@ impl GridLayout {
         if is_positive && in_reach(self.first) && in_reach(last) {
             Ok(())
         } else {
-            Err(VisibilityGridError::Layout("its coordinates are not finite"))
+            Err(VisibilityGridError::Layout(
+                "its coordinates are not finite",
+            ))
         }
     }
 
@@ -404,7 +412,10 @@ mod tests {
         for wanted in [1, 2, 100, 5_000] {
             let layout = GridLayout::with_viewpoints(&bounds, wanted).expect("a layout");
             let count = layout.viewpoints();
-            assert!(count <= wanted && count * 2 >= wanted, "{count} of {wanted}");
+            assert!(
+                count <= wanted && count * 2 >= wanted,
+                "{count} of {wanted}"
+            );
         }
         let point = Aabb {
             min: DVec3::ONE,
@@ -421,7 +432,10 @@ mod tests {
             max: DVec3::splat(1e6),
         };
         for spacing in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-300, 0.1] {
-            assert!(GridLayout::with_spacing(&bounds, spacing).is_err(), "{spacing}");
+            assert!(
+                GridLayout::with_spacing(&bounds, spacing).is_err(),
+                "{spacing}"
+            );
         }
         assert!(GridLayout::with_viewpoints(&bounds, 0).is_err());
         let empty = Aabb {

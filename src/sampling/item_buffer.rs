@@ -129,8 +129,7 @@ impl ItemBuffer {
         let ClusterGeometry { x, y, z, .. } = geometry;
         let axes = x.iter().zip(y).zip(z);
         self.positions.clear();
-        self.positions
-            .extend(axes.map(|((&x, &y), &z)| [x, y, z]));
+        self.positions.extend(axes.map(|((&x, &y), &z)| [x, y, z]));
         self.indices.clear();
         self.indices
             .extend(geometry.triangles().flatten().map(u32::from));
@@ -158,7 +157,8 @@ impl ItemBuffer {
                 }
             });
         };
-        self.assembler.assemble(geometry, from_local, size, cull, emit);
+        self.assembler
+            .assemble(geometry, from_local, size, cull, emit);
     }
 
     /// Appends the clusters that own a pixel, in the order they were drawn, each with the solid angle that it owns.

@@ -280,33 +280,56 @@ fn frames_take_the_list_of_the_nearest_viewpoint_or_the_nearest_objects() {
     alike(&mut sampled, &parallel);
 }
 
-/// What hides most for its triangles goes first.
+fn worth(culler: &Culler, seen: &SampledCluster) -> f32 {
+    let object = &culler.scene().objects()[seen.id.object as usize];
+    let mesh = culler.clusters().occluder(object).expect("an occluder");
+    let triangles = mesh.clusters()[seen.id.cluster as usize].triangle_count;
+    seen.worth(triangles.into())
+}
+
+/// What hides most for its triangles goes first, for as long as it fits.
 #[test]
 fn a_budget_takes_what_is_worth_most() {
     let scene = rooms(&mut Chance::seeded(96));
     let first = culler(&scene);
-    let settings_of = |most| Settings {
-        occluders: Selection::Sampled,
-        budget: Budget::Triangles(most),
-        ..settings(1)
-    };
-    let mut culler = first.another(settings_of(u64::MAX)).expect("threads");
-    let grid = Arc::new(made(&culler, &sampling(&scene, 4.0)));
-    culler.set_visibility_grid(grid.clone()).expect("its scene");
-    let camera = looking(grid.layout().viewpoint(40), DVec3::Z);
-    let triangles = |culler: &mut Culler| culler.cull(&camera).statistics.occluder_triangles;
-    let all = triangles(&mut culler);
-    assert!(all > 300, "{all}");
-    for most in [0, 50, 100, 200] {
-        let mut culler = first.another(settings_of(most)).expect("threads");
+    let grid = Arc::new(made(&first, &sampling(&scene, 4.0)));
+    let drawn = |most, camera: &Camera| {
+        let settings = Settings {
+            occluders: Selection::Sampled,
+            budget: Budget::Triangles(most),
+            ..settings(1)
+        };
+        let mut culler = first.another(settings).expect("threads");
         culler.set_visibility_grid(grid.clone()).expect("its scene");
-        let drawn = triangles(&mut culler);
-        // A cluster has 64 triangles at most: more would have fitted.
-        assert!(
-            drawn <= most && (most < 100 || drawn > 0),
-            "{drawn} of {most}"
-        );
+        culler.cull(camera)
+    };
+    let middle = grid
+        .layout()
+        .viewpoint(grid.layout().viewpoints() as usize / 2);
+    let cameras = [DVec3::X, DVec3::NEG_X, DVec3::Z, DVec3::NEG_Z].map(|d| looking(middle, d));
+    let viewpoint = grid.viewpoint_near(middle).expect("it sees something");
+    let mut left_out_of_all = 0;
+    for camera in &cameras {
+        let all = drawn(u64::MAX, camera);
+        for most in [0, 30, 60, 100] {
+            let some = drawn(most, camera);
+            assert!(some.statistics.occluder_triangles <= most);
+            let is_drawn = |set: &VisibleSet, seen: &SampledCluster| {
+                set.occluders.iter().any(|drawn| drawn.id == seen.id)
+            };
+            let list = grid.seen_from(viewpoint);
+            let taken = list.iter().filter(|seen| is_drawn(&some, seen));
+            let least = taken
+                .map(|s| worth(&first, s))
+                .fold(f32::INFINITY, f32::min);
+            let left_out = |seen: &&SampledCluster| is_drawn(&all, seen) && !is_drawn(&some, seen);
+            for seen in list.iter().filter(left_out) {
+                assert!(worth(&first, seen) <= least, "{most}: {seen:?}");
+                left_out_of_all += 1;
+            }
+        }
     }
+    assert!(left_out_of_all > 20, "{left_out_of_all}");
 }
 
 #[test]
@@ -330,15 +353,7 @@ fn lists_are_bounded_and_so_is_memory() {
             ..sampling(&scene, 4.0)
         },
     );
-    let worth = |seen: &SampledCluster| {
-        let object = &scene.objects()[seen.id.object as usize];
-        let mesh = culler.clusters().occluder(object).expect("an occluder");
-        seen.worth(
-            mesh.clusters()[seen.id.cluster as usize]
-                .triangle_count
-                .into(),
-        )
-    };
+    let worth = |seen: &SampledCluster| worth(&culler, seen);
     for viewpoint in 0..viewpoints {
         let (few, all) = (few.seen_from(viewpoint), all.seen_from(viewpoint));
         assert_eq!(few.len(), all.len().min(10));

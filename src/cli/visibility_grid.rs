@@ -42,7 +42,7 @@ pub struct GridOptions {
     face: u32,
 
     /// Clusters that are kept of what a viewpoint sees, at most
-    #[arg(long, value_name = "COUNT", default_value_t = 512)]
+    #[arg(long, value_name = "COUNT", default_value_t = 2_048)]
     most_clusters: usize,
 }
 

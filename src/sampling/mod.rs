@@ -45,7 +45,7 @@ pub struct SamplingSettings {
 }
 
 impl SamplingSettings {
-    /// Viewpoints there, with faces of 256 pixels and lists of up to 512 clusters.
+    /// Viewpoints there, with faces of 256 pixels and lists of up to 2,048 clusters.
     ///
     /// # Panics
     /// Never: 256 pixels are a possible size.
@@ -53,7 +53,7 @@ impl SamplingSettings {
         SamplingSettings {
             layout,
             face: PictureSize::new(256, 256).expect("a possible size"),
-            most_clusters: 512,
+            most_clusters: 2_048,
             least_solid_angle: 0.0,
         }
     }

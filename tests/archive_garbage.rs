@@ -101,7 +101,7 @@ fn mutate(sections: &mut Vec<Section>, random: &mut Random) {
                 let other = random.below(sections.len());
                 sections.swap(of, other);
             }
-            3 => sections[of].kind = random.below(17) as u32,
+            3 => sections[of].kind = random.below(18) as u32,
             4 => {
                 // Another place of the same section, or what lies there and is not too far from right.
                 let words = bytes.len() / 4;

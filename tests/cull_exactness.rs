@@ -8,9 +8,8 @@ use std::sync::Arc;
 
 use antumbra::cull::{Culler, Settings, VisibleSet};
 use antumbra::glam::{DAffine3, DVec3};
-use antumbra::occluders::{
-    Budget, ClusterId, GridLayout, SampledCluster, Selection, VisibilityGrid,
-};
+use antumbra::occluders::{Budget, Selection};
+use antumbra::prepare::{ClusterId, GridLayout, SampledCluster, VisibilityGrid};
 use antumbra::raster::{ObjectAssembler, for_each_sample};
 use antumbra::scene::{Alpha, Material, Mesh, Object, Scene, Surface};
 use antumbra::view::{Camera, PictureSize, Projection};

@@ -9,9 +9,10 @@ use std::sync::Arc;
 
 use antumbra::cull::{Culler, Settings, VisibleSet};
 use antumbra::glam::{DAffine3, DVec3};
-use antumbra::occluders::{
-    Budget, ClusterId, GridLayout, MOST_CLUSTERS_PER_VIEWPOINT, SampledCluster, Selection,
-    VisibilityGrid, VisibilityGridError,
+use antumbra::occluders::{Budget, Selection};
+use antumbra::prepare::{
+    ClusterId, GridLayout, MOST_CLUSTERS_PER_VIEWPOINT, SampledCluster, VisibilityGrid,
+    VisibilityGridError,
 };
 use antumbra::raster::{ObjectAssembler, for_each_sample};
 use antumbra::sampling::{SamplingSettings, sample_visibility};

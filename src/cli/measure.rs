@@ -2,8 +2,7 @@
 
 use std::path::PathBuf;
 
-use antumbra::cull::Culler;
-use antumbra::measure::{MeasureSettings, Prediction, Report, run_culler};
+use antumbra::measure::{MeasureSettings, Prediction, Report, run};
 use clap::Args;
 
 use super::failure::Failure;
@@ -11,7 +10,6 @@ use super::options::{CullOptions, FrameOptions, OccluderOptions, load_path, load
 use super::output::{count_of, percent, say};
 use super::progress;
 use super::render::{file_name, no_threads};
-use super::visibility_grid::give_grid;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -54,10 +52,6 @@ pub struct Measure {
     #[arg(long)]
     cold: bool,
 
-    /// Sampled visibility of the scene: what frames without memory draw first, and `--occluders sampled` takes
-    #[arg(long, value_name = "FILE", hide = true)]
-    visibility_grid: Option<PathBuf>,
-
     /// Predict what frames would take on 2 to 64 threads, from what each task takes on one
     #[arg(long)]
     simulate_threads: bool,
@@ -84,6 +78,7 @@ impl Measure {
             bar.set_position(done as u64);
         });
         bar.finish_and_clear();
+        let report = report.map_err(no_threads)?;
         let Some(file) = self.json else {
             return say(table(&file_name(&self.scene), &report));
         };

@@ -56,8 +56,6 @@ enum Command {
     Sweep(sweep::Sweep),
     Prepare(prepare::Prepare),
     Generate(generate::Generate),
-    #[command(hide = true)]
-    PrepareGrid(visibility_grid::PrepareGrid),
     Info(info::Info),
 }
 
@@ -70,7 +68,6 @@ pub fn run() -> ExitCode {
         Command::Sweep(sweep) => sweep.run(),
         Command::Prepare(prepare) => prepare.run(),
         Command::Generate(generate) => generate.run(),
-        Command::PrepareGrid(prepare) => prepare.run(),
         Command::Info(info) => info.run(),
     };
     match done {

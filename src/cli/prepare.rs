@@ -9,10 +9,13 @@ use super::failure::Failure;
 use super::options::load_scene;
 use super::output::{count_of, say, thousands};
 use super::progress;
+use super::visibility_grid::GridOptions;
 
 const EXAMPLES: &str = "\
 Examples:
   antumbra prepare castle.glb -o castle.antumbra
+  antumbra prepare clinic.glb --visibility-grid 2000 -o clinic.antumbra
+      also what is seen from 2000 viewpoints, for frames that remember nothing
   antumbra measure castle.antumbra --path castle.path.json
       every command takes the archive in place of the scene";
 
@@ -29,6 +32,9 @@ pub struct Prepare {
     /// The archive to write
     #[arg(short, long = "output", value_name = "FILE.antumbra")]
     output: PathBuf,
+
+    #[command(flatten)]
+    grid: GridOptions,
 }
 
 impl Prepare {
@@ -43,6 +49,22 @@ impl Prepare {
         let begun = Instant::now();
         let prepared = load_scene(&self.scene)?;
         let prepared_in = begun.elapsed();
+        let begun = Instant::now();
+        let (prepared, sampled) = match self.grid.make(&prepared)? {
+            None => (prepared, String::new()),
+            Some(grid) => {
+                let sampled = format!(
+                    "{}, {:.3} apart, that see {} in all, found in {:.2} s\n",
+                    count_of(grid.layout().viewpoints(), "viewpoint"),
+                    grid.layout().spacing,
+                    count_of(grid.len() as u64, "cluster"),
+                    begun.elapsed().as_secs_f64(),
+                );
+                let with_grid = prepared.with_visibility_grid(grid);
+                let with_grid = with_grid.map_err(|e| Failure::Failed(e.to_string()))?;
+                (with_grid, sampled)
+            }
+        };
         let spinner = progress::spinner(format!("writing {}", self.output.display()));
         let begun = Instant::now();
         let saved = prepared.save(&self.output);
@@ -50,7 +72,7 @@ impl Prepare {
         let bytes = saved.map_err(|e| Failure::Failed(e.to_string()))?;
         let (scene, clusters) = (prepared.scene(), prepared.occluders().memory_use());
         say(format_args!(
-            "{}: {}, {}; {} of {}; {} bytes\nread and prepared in {:.2} s, written in {:.2} s",
+            "{}: {}, {}; {} of {}; {} bytes\n{sampled}read and prepared in {:.2} s, written in {:.2} s",
             self.output.display(),
             count_of(scene.objects().len() as u64, "object"),
             count_of(scene.triangle_count(), "triangle"),

@@ -1,121 +1,81 @@
-//! Sampled visibility on the command line: how it is asked for, made, kept and read. Where it is kept is decided here alone.
+//! Sampled visibility on the command line: how it is asked for, and made.
 
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Instant;
 
 use antumbra::cull::{Culler, Settings};
-use antumbra::occluders::{GridLayout, VisibilityGrid};
+use antumbra::prepare::{GridLayout, Prepared, VisibilityGrid};
 use antumbra::sampling::{SamplingSettings, sample_visibility};
 use antumbra::scene::Aabb;
 use antumbra::view::PictureSize;
 use clap::Args;
 
 use super::failure::Failure;
-use super::options::load_scene;
-use super::output::{count_of, say};
 use super::progress;
 use super::render::no_threads;
 
 /// How sampled visibility is asked for.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct GridOptions {
-    /// Distance between neighbouring viewpoints, in scene units
-    #[arg(long, value_name = "UNITS")]
-    spacing: Option<f64>,
-
-    /// Viewpoints at most, as dense as that allows
+    /// Find out what is seen from viewpoints on a grid as well, for frames that remember nothing: from so many viewpoints at
+    /// most, as dense as that allows
     #[arg(
         long,
-        value_name = "COUNT",
-        default_value_t = 2_000,
-        conflicts_with = "spacing"
+        value_name = "VIEWPOINTS",
+        num_args = 0..=1,
+        default_missing_value = "2000",
+        conflicts_with = "spacing",
+        value_parser = clap::value_parser!(u64).range(1..)
     )]
-    viewpoints: u64,
+    visibility_grid: Option<u64>,
+
+    /// The same with viewpoints that are so far apart, in scene units: a room's width does well
+    #[arg(long = "grid-spacing", value_name = "UNITS")]
+    spacing: Option<f64>,
 
     /// Least and largest coordinates of the box to fill, in scene units [default: around all objects]
     #[arg(long = "grid-box", value_name = "X,Y,Z,X,Y,Z", allow_hyphen_values = true, value_parser = parse_box)]
     bounds: Option<Aabb>,
 
     /// Pixels along the edge of each face of a viewpoint's cube
-    #[arg(long, value_name = "PX", default_value_t = 256, value_parser = clap::value_parser!(u32).range(8..=4096))]
+    #[arg(long = "grid-face", value_name = "PX", default_value_t = 256, value_parser = clap::value_parser!(u32).range(8..=4096))]
     face: u32,
 
     /// Clusters that are kept of what a viewpoint sees, at most
-    #[arg(long, value_name = "COUNT", default_value_t = 2_048)]
+    #[arg(long = "grid-clusters", value_name = "COUNT", default_value_t = 2_048)]
     most_clusters: usize,
 }
 
 impl GridOptions {
-    /// Samples the visibility of a culler's scene.
-    pub fn make(self, culler: &Culler) -> Result<VisibilityGrid, Failure> {
+    /// Samples the visibility of a scene, if that is asked for.
+    pub fn make(self, prepared: &Prepared) -> Result<Option<Arc<VisibilityGrid>>, Failure> {
         let failed = |e: &dyn std::error::Error| Failure::Failed(e.to_string());
-        let all = culler.scene().bvh().nodes[0].bounds();
+        if prepared.scene().objects().is_empty() {
+            return Ok(None);
+        }
+        let all = prepared.scene().bvh().nodes[0].bounds();
         let bounds = self.bounds.unwrap_or(all);
-        let layout = match self.spacing {
-            Some(spacing) => GridLayout::with_spacing(&bounds, spacing),
-            None => GridLayout::with_viewpoints(&bounds, self.viewpoints),
+        let layout = match (self.spacing, self.visibility_grid) {
+            (Some(spacing), _) => GridLayout::with_spacing(&bounds, spacing),
+            (None, Some(viewpoints)) => GridLayout::with_viewpoints(&bounds, viewpoints),
+            (None, None) => return Ok(None),
         };
+        // A grid's own frames have sizes of their own.
+        let size = PictureSize::new(8, 8).map_err(|e| failed(&e))?;
+        let culler = Culler::with_prepared(prepared, Settings::new(size)).map_err(no_threads)?;
         let settings = SamplingSettings {
             face: PictureSize::new(self.face, self.face).map_err(|e| failed(&e))?,
             most_clusters: self.most_clusters,
             ..SamplingSettings::new(layout.map_err(|e| failed(&e))?)
         };
         let bar = progress::bar("sampling", 0);
-        let grid = sample_visibility(culler, &settings, |done, all| {
+        let grid = sample_visibility(&culler, &settings, |done, all| {
             bar.set_length(all as u64);
             bar.set_position(done as u64);
         });
         bar.finish_and_clear();
-        grid.map_err(|e| failed(&e))
+        grid.map(|grid| Some(Arc::new(grid)))
+            .map_err(|e| failed(&e))
     }
-}
-
-/// Sample a scene's visibility from viewpoints on a grid
-#[derive(Debug, Args)]
-pub struct PrepareGrid {
-    /// Scene file: .glb, .gltf or .obj
-    scene: PathBuf,
-
-    #[command(flatten)]
-    grid: GridOptions,
-
-    /// The file to write
-    #[arg(short, long = "output", value_name = "FILE")]
-    output: PathBuf,
-}
-
-impl PrepareGrid {
-    /// Samples, and writes.
-    pub fn run(self) -> Result<(), Failure> {
-        let scene = load_scene(&self.scene)?;
-        let size = PictureSize::new(8, 8).map_err(|e| Failure::Failed(e.to_string()))?;
-        let culler = Culler::new(scene, Settings::new(size)).map_err(no_threads)?;
-        let start = Instant::now();
-        let grid = self.grid.make(&culler)?;
-        let seconds = start.elapsed().as_secs_f64();
-        let bytes = grid.to_bytes();
-        std::fs::write(&self.output, &bytes)
-            .map_err(|e| Failure::with_file(&self.output, "cannot be written", e))?;
-        let layout = grid.layout();
-        say(format_args!(
-            "{}: {}, {:.3} apart; {}; {}; {:.1} s",
-            self.output.display(),
-            count_of(layout.viewpoints(), "viewpoint"),
-            layout.spacing,
-            count_of(grid.len() as u64, "cluster"),
-            count_of(bytes.len() as u64, "byte"),
-            seconds,
-        ))
-    }
-}
-
-/// Gives a culler the sampled visibility of a file.
-pub fn give_grid(culler: &mut Culler, file: &Path) -> Result<(), Failure> {
-    let bytes = std::fs::read(file).map_err(|e| Failure::with_file(file, "cannot be read", e))?;
-    let grid = VisibilityGrid::from_bytes(&bytes);
-    grid.and_then(|grid| culler.set_visibility_grid(Arc::new(grid)))
-        .map_err(|e| Failure::with_file(file, "cannot be used", e))
 }
 
 fn parse_box(text: &str) -> Result<Aabb, String> {

@@ -4,9 +4,8 @@
 //! are; and if all are, so is the object.
 
 use super::Frame;
-use crate::occluders::ClusterId;
 use crate::occlusion::{Footprint, OcclusionBuffer};
-use crate::prepare::ClusteredMesh;
+use crate::prepare::{ClusterId, ClusteredMesh};
 use crate::scene::Aabb;
 
 /// Memory that is kept from question to question.

@@ -14,9 +14,9 @@ use glam::DAffine3;
 
 use super::Frame;
 use crate::cull::Level;
-use crate::occluders::{ClusterId, DrawnCluster};
+use crate::occluders::DrawnCluster;
 use crate::occlusion::{Footprint, SampleRect, Screen};
-use crate::prepare::{Cluster, ClusteredMesh};
+use crate::prepare::{Cluster, ClusterId, ClusteredMesh};
 use crate::scene::is_mirroring;
 use crate::view::Projection;
 

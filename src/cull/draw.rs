@@ -10,10 +10,9 @@ use super::sampled::{SampledMemory, sampled};
 use super::traverse::{TraverseMemory, hide_subtrees};
 use super::waiting::{Waiting, nearness};
 use super::{Frame, Statistics};
-use crate::occluders::{
-    ClusterId, Contributions, DrawnCluster, SampledCluster, object_of, sort_nearest,
-};
+use crate::occluders::{Contributions, DrawnCluster, object_of, sort_nearest};
 use crate::occlusion::{Footprint, OcclusionBuffer, SampleRect};
+use crate::prepare::{ClusterId, SampledCluster};
 use crate::tasks::Work;
 
 /// Objects that are asked, and then drawn, together, before the first look. An answer sees only what whole batches before

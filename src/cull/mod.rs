@@ -32,10 +32,10 @@ use std::sync::Arc;
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
-use crate::occluders::{Budget, ClusterId, Contributions, DrawnCluster, LastFrame, Selection};
+use crate::occluders::{Budget, Contributions, DrawnCluster, LastFrame, Selection};
 use crate::occlusion::{Accuracy, OcclusionBuffer};
 use crate::prepare::{
-    ClusteredMesh, ClusteredScene, Prepared, VisibilityGrid, VisibilityGridError,
+    ClusterId, ClusteredMesh, ClusteredScene, Prepared, VisibilityGrid, VisibilityGridError,
 };
 use crate::scene::Scene;
 use crate::tasks::{Record, Stage, Tasks, stay_awake};
@@ -179,7 +179,10 @@ impl Culler {
         let scene = prepared.scene().clone();
         let occluders = Arc::new(Occluders::new(prepared));
         let subtrees = Arc::new(Subtrees::new(&scene));
-        Culler::prepared(pool, scene, settings, occluders, subtrees)
+        let grid = prepared.visibility_grid().cloned();
+        let mut culler = Culler::prepared(pool, scene, settings, occluders, subtrees);
+        culler.state.visibility_grid = grid;
+        culler
     }
 
     /// Another culler for the same scene, with other settings and nothing remembered; what is known of the scene is shared.

@@ -3,8 +3,9 @@
 use super::Frame;
 use super::recall::place_clusters;
 use super::waiting::{Waiting, WaitingCluster};
-use crate::occluders::{Budget, SampledCluster};
+use crate::occluders::Budget;
 use crate::occlusion::{Footprint, Screen};
+use crate::prepare::SampledCluster;
 use crate::view::{Camera, Containment, Frustum, Planes, Projection};
 
 /// Memory that is kept from frame to frame.

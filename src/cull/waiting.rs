@@ -8,9 +8,9 @@ use antumbra_simd::vertex::ScreenTransform;
 use glam::DAffine3;
 
 use super::{Frame, grow, share_of};
-use crate::occluders::{Budget, ClusterId};
+use crate::occluders::Budget;
 use crate::occlusion::{Footprint, OcclusionBuffer, SampleRect, Screen};
-use crate::prepare::{Cluster, NormalCone};
+use crate::prepare::{CLUSTER_COST, Cluster, ClusterId, NormalCone};
 use crate::scene::is_mirroring;
 use crate::tasks::Work;
 use crate::view::{Camera, Projection};
@@ -20,10 +20,8 @@ const CLUSTERS_PER_GROUP: usize = 64;
 /// The same where there are others to project some of them.
 const CLUSTERS_PER_SHARED_GROUP: usize = 16;
 
-/// A budget that is chosen here spends a triangle's time for so many samples at the least,
+/// A budget that is chosen here spends a triangle's time for so many samples at the least.
 const SAMPLES_A_TRIANGLE: i64 = 8;
-/// and on a cluster that of so many triangles, besides its own.
-const CLUSTER_COST: i64 = 6;
 
 /// An occluder that is not known to be hidden.
 #[derive(Clone, Copy, Debug)]
@@ -458,7 +456,7 @@ fn is_promising(frame: &Frame<'_>, cluster: &Cluster, footprint: Footprint) -> b
         Footprint::Nowhere => false,
         Footprint::Within(SampleRect { x, y, .. }) => {
             let area = (i64::from(x[1] - x[0]) + 1) * (i64::from(y[1] - y[0]) + 1);
-            area >= SAMPLES_A_TRIANGLE * (i64::from(cluster.triangle_count) + CLUSTER_COST)
+            area >= SAMPLES_A_TRIANGLE * i64::from(u32::from(cluster.triangle_count) + CLUSTER_COST)
         }
     }
 }

@@ -14,6 +14,6 @@ mod sweep;
 pub use ideal::{ExactDepths, ideal_box_test, ideal_face_test};
 pub use reference::Reference;
 pub use report::{FrameReport, Report, SceneReport, SettingsReport, TimesUs, Totals};
-pub use run::{MeasureSettings, run, run_culler};
+pub use run::{MeasureSettings, run};
 pub use schedule::{Prediction, SIMULATED_THREADS, Simulated, Simulation, makespan};
 pub use sweep::{Sweep, SweepPoint, SweepSettings, sweep};

@@ -42,7 +42,7 @@ pub fn run(
     prepared: &Prepared,
     path: &CameraPath,
     settings: &MeasureSettings,
-    on_frame: impl FnMut(usize, usize),
+    mut on_frame: impl FnMut(usize, usize),
 ) -> Result<Report, ThreadPoolBuildError> {
     let scene = prepared.scene();
     let mut culler = Culler::with_prepared(prepared, settings.cull)?;
@@ -73,7 +73,7 @@ pub fn run(
         objects,
         triangles: scene.triangle_count(),
     };
-    Report {
+    Ok(Report {
         scene,
         settings: describe(&culler, settings),
         frames,
@@ -83,7 +83,7 @@ pub fn run(
         } else {
             Vec::new()
         },
-    }
+    })
 }
 
 fn describe(culler: &Culler, settings: &MeasureSettings) -> SettingsReport {

@@ -9,18 +9,7 @@
 //! not, it is forgotten. What is remembered follows what is seen, not what exists.
 
 use super::Budget;
-
-/// A cluster of an object.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct ClusterId {
-    /// The object.
-    pub object: u32,
-    /// Which of the clusters of the object's occluder.
-    pub cluster: u32,
-}
-
-/// Drawing a cluster costs as much as so many triangles, besides its own.
-pub(super) const CLUSTER_COST: u32 = 6;
+use crate::prepare::{CLUSTER_COST, ClusterId};
 
 /// A cluster is remembered for so many frames before it is left out for the first time,
 const FIRST_HOLD: u8 = 2;

@@ -7,23 +7,18 @@ mod last_frame;
 mod nearest;
 mod promise;
 mod solid_angle;
-mod visibility_bytes;
-mod visibility_grid;
 mod weight;
 mod z_plane;
 
-pub use contribution::{ClusterId, Contributions};
+pub use contribution::Contributions;
 pub use last_frame::LastFrame;
 pub use nearest::{distance_keys, object_of, sort_nearest};
 pub use promise::keep_promising;
 pub use solid_angle::solid_angle_keys;
-pub use visibility_grid::{
-    GridLayout, MOST_CLUSTERS_PER_VIEWPOINT, MOST_VIEWPOINTS, SampledCluster, VisibilityGrid,
-    VisibilityGridError,
-};
 pub use weight::weight_keys;
 pub use z_plane::z_plane_keys;
 
+use crate::prepare::ClusterId;
 use crate::scene::{Aabb, Scene};
 
 /// The key of an object that sorts by a number that is not negative, ties in scene order.

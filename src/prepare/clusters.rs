@@ -32,6 +32,18 @@ pub const VERTEX_BLOCK: usize = 16;
 const _: () = assert!(VERTICES_PER_CLUSTER.is_multiple_of(VERTEX_BLOCK));
 const _: () = assert!(VERTICES_PER_CLUSTER <= 1 + u8::MAX as usize);
 
+/// A cluster of an object.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct ClusterId {
+    /// The object.
+    pub object: u32,
+    /// Which of the clusters of the object's occluder.
+    pub cluster: u32,
+}
+
+/// Drawing a cluster costs as much as so many triangles, besides its own.
+pub(crate) const CLUSTER_COST: u32 = 6;
+
 /// Triangles of one mesh that lie close together and are all single-sided or all double-sided.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cluster {

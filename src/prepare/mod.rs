@@ -6,6 +6,8 @@
 //! cluster looks away from the eye, and [`ClusteredScene`] (`clustered_scene`) holds the clusters of every mesh that
 //! occludes, once however many objects share it.
 //!
+//! [`VisibilityGrid`] (`visibility_grid`, and `visibility_bytes`) says which clusters are seen from where, if somebody had it made.
+//!
 //! [`Prepared`] (`prepared`) is a scene with all of that; an `archive` keeps it in a file. What is read from one is checked by
 //! `restore` and `likeness`.
 //!
@@ -25,12 +27,19 @@ mod position_set;
 mod prepared;
 mod quads;
 mod restore;
+mod visibility_bytes;
+mod visibility_grid;
 
 pub use archive::ArchiveError;
 pub use clustered_scene::{ClusteredScene, MemoryUse};
+pub(crate) use clusters::CLUSTER_COST;
 pub use clusters::{
-    Cluster, ClusterGeometry, ClusteredMesh, TRIANGLES_PER_CLUSTER, VERTEX_BLOCK,
+    Cluster, ClusterGeometry, ClusterId, ClusteredMesh, TRIANGLES_PER_CLUSTER, VERTEX_BLOCK,
     VERTICES_PER_CLUSTER,
 };
 pub use normal_cone::NormalCone;
 pub use prepared::Prepared;
+pub use visibility_grid::{
+    GridLayout, MOST_CLUSTERS_PER_VIEWPOINT, MOST_VIEWPOINTS, SampledCluster, VisibilityGrid,
+    VisibilityGridError,
+};

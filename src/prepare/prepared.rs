@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::{ArchiveError, ClusteredScene, archive};
+use super::{ArchiveError, ClusteredScene, VisibilityGrid, VisibilityGridError, archive};
 use crate::scene::Scene;
 
 /// A scene, and all that is found of it once: what a [`Culler`](crate::cull::Culler) starts from.
@@ -35,6 +35,7 @@ use crate::scene::Scene;
 pub struct Prepared {
     scene: Arc<Scene>,
     occluders: Arc<ClusteredScene>,
+    visibility_grid: Option<Arc<VisibilityGrid>>,
 }
 
 impl Prepared {
@@ -45,7 +46,26 @@ impl Prepared {
     }
 
     pub(super) fn of(scene: Arc<Scene>, occluders: Arc<ClusteredScene>) -> Prepared {
-        Prepared { scene, occluders }
+        Prepared {
+            scene,
+            occluders,
+            visibility_grid: None,
+        }
+    }
+
+    /// The same with sampled visibility of the scene.
+    ///
+    /// # Errors
+    /// If the grid names a cluster that the scene does not have.
+    pub fn with_visibility_grid(
+        self,
+        grid: Arc<VisibilityGrid>,
+    ) -> Result<Prepared, VisibilityGridError> {
+        grid.check_scene(&self.scene, &self.occluders)?;
+        Ok(Prepared {
+            visibility_grid: Some(grid),
+            ..self
+        })
     }
 
     /// Loads an archive that [`Prepared::save`] or `antumbra prepare` wrote, whatever its name; or a scene as
@@ -88,5 +108,10 @@ impl Prepared {
     /// The clusters of its occluders.
     pub fn occluders(&self) -> &Arc<ClusteredScene> {
         &self.occluders
+    }
+
+    /// Its sampled visibility, if somebody had it made.
+    pub fn visibility_grid(&self) -> Option<&Arc<VisibilityGrid>> {
+        self.visibility_grid.as_ref()
     }
 }

@@ -5,9 +5,8 @@
 
 use antumbra_simd::triangle::CullMode;
 
-use crate::occluders::ClusterId;
 use crate::occlusion::{Footprint, OcclusionBuffer};
-use crate::prepare::{Cluster, ClusterGeometry, ClusteredScene};
+use crate::prepare::{Cluster, ClusterGeometry, ClusterId, ClusteredScene};
 use crate::raster::{Assembler, Geometry, Positions, for_each_sample};
 use crate::scene::{Scene, is_mirroring};
 use crate::view::PictureSize;

@@ -16,11 +16,12 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::cull::{Culler, Settings, VisibleSet};
-use crate::occluders::{
-    Budget, ClusterId, GridLayout, MOST_CLUSTERS_PER_VIEWPOINT, SampledCluster, Selection,
-    VisibilityGrid, VisibilityGridError,
-};
+use crate::occluders::{Budget, Selection};
 use crate::occlusion::Accuracy;
+use crate::prepare::{
+    ClusterId, GridLayout, MOST_CLUSTERS_PER_VIEWPOINT, SampledCluster, VisibilityGrid,
+    VisibilityGridError,
+};
 use crate::view::{Camera, PictureSize, Projection};
 
 use item_buffer::ItemBuffer;

@@ -8,7 +8,9 @@ use std::sync::Arc;
 use antumbra::cull::{Culler, Settings};
 use antumbra::final_pass::render_image;
 use antumbra::glam::{DAffine3, DMat3, DVec3};
-use antumbra::prepare::{ArchiveError, Prepared};
+use antumbra::prepare::{
+    ArchiveError, ClusterId, GridLayout, Prepared, SampledCluster, VisibilityGrid,
+};
 use antumbra::scene::{Alpha, Material, Mesh, Object, Scene, Surface};
 use antumbra::view::{Camera, PictureSize, Projection};
 
@@ -166,7 +168,29 @@ pub fn scene(fineness: u32, with_proxies: bool) -> Scene {
 }
 
 pub fn prepared(fineness: u32, with_proxies: bool) -> Prepared {
-    Prepared::new(Arc::new(scene(fineness, with_proxies)))
+    let prepared = Prepared::new(Arc::new(scene(fineness, with_proxies)));
+    let layout = GridLayout {
+        first: DVec3::new(0.0, 0.0, -4.0),
+        spacing: 4.0,
+        counts: [1, 1, 2],
+    };
+    let occludes = |&object: &usize| {
+        let object = &prepared.scene().objects()[object];
+        prepared.occluders().occluder(object).is_some()
+    };
+    let seen = |object: usize| SampledCluster {
+        id: ClusterId {
+            object: object as u32,
+            cluster: 0,
+        },
+        solid_angle: 0.25,
+    };
+    let objects = 0..prepared.scene().objects().len();
+    let list: Vec<SampledCluster> = objects.filter(occludes).take(2).map(seen).collect();
+    let grid = VisibilityGrid::new(layout, &[list, Vec::new()]).expect("a grid");
+    prepared
+        .with_visibility_grid(Arc::new(grid))
+        .expect("its own")
 }
 
 /// Cameras before, beside and within the row.

@@ -41,6 +41,7 @@
 //! | x, y, z of clusters | a coordinate; vertices padded to blocks of 16 | 4 each | yes |
 //! | quads of clusters | four indices within the cluster | 4 | yes |
 //! | warnings | length, and a sentence in UTF-8; need not be known | | |
+//! | visibility | a grid of viewpoints ([`VisibilityGrid`](super::VisibilityGrid)), or nothing; need not be known | | |
 //!
 //! What is a mesh's own follows what is the last one's, so that sizes suffice and no two can overlap. A section that this
 //! version does not know is passed over, or is an error if its flag says that it has to be known.
@@ -116,8 +117,14 @@ const WARNINGS: Kind = Kind {
     required: false,
 };
 
+const VISIBILITY: Kind = Kind {
+    number: 15,
+    name: "visibility",
+    required: false,
+};
+
 /// All of them, in the order they are written.
-const KINDS: [Kind; 14] = [
+const KINDS: [Kind; 15] = [
     MESHES,
     SURFACES,
     POSITIONS,
@@ -132,4 +139,5 @@ const KINDS: [Kind; 14] = [
     CLUSTER_Z,
     CLUSTER_QUADS,
     WARNINGS,
+    VISIBILITY,
 ];

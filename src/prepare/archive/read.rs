@@ -15,11 +15,11 @@ use super::records::{Element, Fields, MeshSizes, ObjectRecord, Record, SurfaceRe
 use super::table::Table;
 use super::{
     CLUSTER_QUADS, CLUSTER_X, CLUSTER_Y, CLUSTER_Z, CLUSTERS, HIERARCHY, Kind, MAGIC, MESHES,
-    NAMES, OBJECTS, ORDER, POSITIONS, SURFACES, TRIANGLES, WARNINGS,
+    NAMES, OBJECTS, ORDER, POSITIONS, SURFACES, TRIANGLES, VISIBILITY, WARNINGS,
 };
 use crate::prepare::clusters::ClusterOutline;
 use crate::prepare::likeness::TriangleHash;
-use crate::prepare::{ClusteredMesh, ClusteredScene, Prepared};
+use crate::prepare::{ClusteredMesh, ClusteredScene, Prepared, VisibilityGrid};
 use crate::scene::{Alpha, Array, Hierarchy, Material, Mesh, Object, Scene, Surface};
 
 /// The most levels of a hierarchy that is read. Those that are made have some dozens; to walk one that is a chain of all
@@ -85,7 +85,14 @@ fn read(mapping: Arc<Mapping>) -> Result<Prepared, Fault> {
         return Err(Fault::at(HIERARCHY.name, cause));
     }
     let occluders = restored(&scene, clusters)?;
-    Ok(Prepared::of(Arc::new(scene), Arc::new(occluders)))
+    let prepared = Prepared::of(Arc::new(scene), Arc::new(occluders));
+    let grid = &mapping.bytes()[table.find(VISIBILITY).unwrap_or_default()];
+    if grid.is_empty() {
+        return Ok(prepared);
+    }
+    VisibilityGrid::from_bytes(grid)
+        .and_then(|grid| prepared.with_visibility_grid(Arc::new(grid)))
+        .map_err(|cause| Fault::at(VISIBILITY.name, cause))
 }
 
 /// The clusters of a mesh before they have been checked.

@@ -13,10 +13,10 @@ use super::records::{Element, MeshSizes, ObjectRecord, Record, SurfaceRecord, pu
 use super::table::Draft;
 use super::{
     CLUSTER_QUADS, CLUSTER_X, CLUSTER_Y, CLUSTER_Z, CLUSTERS, HIERARCHY, KINDS, Kind, MESHES,
-    NAMES, OBJECTS, ORDER, POSITIONS, SURFACES, TRIANGLES, WARNINGS,
+    NAMES, OBJECTS, ORDER, POSITIONS, SURFACES, TRIANGLES, VISIBILITY, WARNINGS,
 };
-use crate::prepare::{ClusteredMesh, ClusteredScene, Prepared};
-use crate::scene::{Alpha, Mesh, Object, Scene, Surface};
+use crate::prepare::{ClusteredMesh, Prepared};
+use crate::scene::{Alpha, Mesh, Object, Surface};
 
 /// So many drafts of a file may lie beside it, being written or left behind by who was ended.
 const MOST_DRAFTS: u32 = 100;
@@ -60,7 +60,7 @@ fn create_draft(file: &Path) -> io::Result<(PathBuf, File)> {
 fn write(prepared: &Prepared, mut out: File) -> io::Result<u64> {
     let mut table = Draft::of(KINDS.len());
     for kind in KINDS {
-        let bytes = section(kind, prepared.scene(), prepared.occluders());
+        let bytes = section(kind, prepared);
         // What lies between is never written, and so is zeros.
         out.seek(SeekFrom::Start(table.next_offset()))?;
         out.write_all(&bytes)?;
@@ -76,7 +76,8 @@ fn write(prepared: &Prepared, mut out: File) -> io::Result<u64> {
 }
 
 /// A section's bytes.
-fn section(kind: Kind, scene: &Scene, occluders: &ClusteredScene) -> Vec<u8> {
+fn section(kind: Kind, prepared: &Prepared) -> Vec<u8> {
+    let (scene, occluders) = (prepared.scene(), prepared.occluders());
     let meshes = || scene.meshes().iter();
     let objects = || scene.objects().iter();
     let clustered = || meshes().enumerate().filter_map(|(i, _)| occluders.mesh(i));
@@ -122,6 +123,10 @@ fn section(kind: Kind, scene: &Scene, occluders: &ClusteredScene) -> Vec<u8> {
                 bytes.extend_from_slice(warning.as_bytes());
             }
             bytes
+        }
+        VISIBILITY => {
+            let grid = prepared.visibility_grid();
+            grid.map_or_else(Vec::new, |grid| grid.to_bytes())
         }
         // There is none but the above.
         _ => Vec::new(),

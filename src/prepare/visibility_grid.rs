@@ -10,9 +10,7 @@
 use glam::DVec3;
 use thiserror::Error;
 
-use super::ClusterId;
-use super::contribution::CLUSTER_COST;
-use crate::prepare::ClusteredScene;
+use super::{CLUSTER_COST, ClusterId, ClusteredScene};
 use crate::scene::{Aabb, Scene};
 
 /// The most viewpoints that a grid has.

@@ -16,6 +16,7 @@ mod progress;
 mod render;
 mod sweep;
 mod sweep_chart;
+mod sweep_page;
 
 use std::process::ExitCode;
 

@@ -8,8 +8,8 @@ use super::test::{Kept, LookMemory, TestMemory, look_closely, not_hidden};
 use super::traverse::{self, FrustumMemory, TraverseMemory, not_hidden_so_far};
 use super::{Frame, Remembered, StageTimes, Statistics, VisibleSet, grow, share_of};
 use crate::occluders::{
-    Budget, DrawnCluster, Selection, distance_keys, keep_promising, solid_angle_keys, weight_keys,
-    z_plane_keys,
+    Budget, Contributions, DrawnCluster, Selection, distance_keys, keep_promising,
+    solid_angle_keys, weight_keys, z_plane_keys,
 };
 use crate::occlusion::{Accuracy, Footprint, OcclusionBuffer};
 use crate::tasks::Work;
@@ -55,21 +55,57 @@ impl Frame<'_> {
     ) {
         let mut clock = Clock::start();
         let settings = self.settings;
-        found.occluders.clear();
-        found.statistics = Statistics::default();
-        memory.hidden.clear(self.scene.objects().len());
-        buffer.set_accuracy(settings.accuracy);
-        buffer.set_level(settings.level);
-        buffer.clear_by(self.tasks, camera);
+        self.begin(camera, buffer, memory, found);
         // Where everything is drawn there is nothing to choose.
         if settings.occluders == Selection::Contribution && settings.budget != Budget::All {
             self.by_contribution(camera, buffer, remembered, memory, found, &mut clock);
         } else {
             self.in_order(camera, buffer, remembered, memory, found, &mut clock);
         }
-        found.statistics.objects_visible = found.visible.len() as u64;
-        clock.lap(|times| &mut times.test);
-        found.times = clock.times;
+        clock.end(found);
+    }
+
+    /// Draws given clusters, and asks the objects in the frustum.
+    pub(super) fn run_behind(
+        &self,
+        camera: &Camera,
+        buffer: &mut OcclusionBuffer,
+        given: &mut Contributions,
+        memory: &mut Memory,
+        found: &mut VisibleSet,
+    ) {
+        let mut clock = Clock::start();
+        self.begin(camera, buffer, memory, found);
+        let frustum = Frustum::new(camera, self.settings.size);
+        let in_frustum = &mut memory.in_frustum;
+        traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum);
+        clock.lap(|times| &mut times.select);
+        let mut drawn = Drawn {
+            hidden: &mut memory.hidden,
+            occluders: &mut found.occluders,
+            contributions: given,
+            statistics: &mut found.statistics,
+        };
+        draw_remembered(self, buffer, &mut memory.draw, &mut drawn);
+        clock.lap(|times| &mut times.raster);
+        self.ask_all(buffer, memory, found, &mut clock);
+        clock.end(found);
+    }
+
+    /// Empties what a frame fills.
+    fn begin(
+        &self,
+        camera: &Camera,
+        buffer: &mut OcclusionBuffer,
+        memory: &mut Memory,
+        found: &mut VisibleSet,
+    ) {
+        found.occluders.clear();
+        found.statistics = Statistics::default();
+        memory.hidden.clear(self.scene.objects().len());
+        buffer.set_accuracy(self.settings.accuracy);
+        buffer.set_level(self.settings.level);
+        buffer.clear_by(self.tasks, camera);
     }
 
     /// Draws occluders nearest first, and asks the objects in the frustum.
@@ -106,12 +142,26 @@ impl Frame<'_> {
         };
         draw_occluders(self, candidates, buffer, &mut memory.draw, &mut drawn);
         clock.lap(|times| &mut times.raster);
+        self.ask_all(buffer, memory, found, clock);
+        if remembers {
+            last.remember(&memory.in_frustum, &found.visible);
+        }
+    }
+
+    /// Asks the objects in the frustum that drawing did not find hidden.
+    fn ask_all(
+        &self,
+        buffer: &mut OcclusionBuffer,
+        memory: &mut Memory,
+        found: &mut VisibleSet,
+        clock: &mut Clock,
+    ) {
         self.tasks.alone(Work::Finish, || buffer.finish());
         clock.lap(|times| &mut times.pyramid);
         let undecided = |&&object: &&u32| {
             !memory.hidden.has(object) || self.scene.objects()[object as usize].never_cull
         };
-        let undecided = in_frustum.iter().filter(undecided);
+        let undecided = memory.in_frustum.iter().filter(undecided);
         not_hidden(
             self,
             undecided,
@@ -120,9 +170,6 @@ impl Frame<'_> {
             &mut found.visible,
         );
         found.statistics.objects_tested = memory.test.tested() as u64;
-        if remembers {
-            last.remember(in_frustum, &found.visible);
-        }
     }
 
     /// Draws the clusters that the last frame needed, and then what keeps objects from being seen that were not before.
@@ -292,6 +339,13 @@ impl Clock {
             since: Instant::now(),
             times: StageTimes::default(),
         }
+    }
+
+    /// Ends a frame.
+    fn end(mut self, found: &mut VisibleSet) {
+        found.statistics.objects_visible = found.visible.len() as u64;
+        self.lap(|times| &mut times.test);
+        found.times = self.times;
     }
 
     /// Adds the time since the last lap to a stage's.

@@ -29,8 +29,9 @@ use std::sync::Arc;
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
-use crate::occluders::{Budget, Contributions, DrawnCluster, LastFrame, Selection};
+use crate::occluders::{Budget, ClusterId, Contributions, DrawnCluster, LastFrame, Selection};
 use crate::occlusion::{Accuracy, OcclusionBuffer};
+use crate::prepare::ClusteredScene;
 use crate::scene::Scene;
 use crate::tasks::{Record, Stage, Tasks, stay_awake};
 use crate::view::{Camera, Frustum, PictureSize};
@@ -244,6 +245,31 @@ impl Culler {
         found
     }
 
+    /// The clusters that occluders are drawn by.
+    pub fn clusters(&self) -> &ClusteredScene {
+        self.state.occluders.clusters()
+    }
+
+    /// Finds what a camera may see, where given clusters are the occluders, whatever the settings say of these: each that is
+    /// in the picture and not hidden behind others is drawn, and all objects in the frustum are asked. Knows nothing of earlier
+    /// frames, and later ones will not know of it.
+    ///
+    /// # Panics
+    /// If there is no such object or cluster.
+    pub fn cull_behind(&mut self, camera: &Camera, clusters: &[ClusterId], found: &mut VisibleSet) {
+        let mut given = self.state.occluders.remembered(&self.state.scene, clusters);
+        let state = &mut self.state;
+        match &self.pool {
+            None => state.frame_behind(Tasks::ALONE, camera, &mut given, found),
+            Some(pool) => {
+                let tasks = Tasks::shared(pool.current_num_threads());
+                pool.install(|| {
+                    stay_awake(|| state.frame_behind(tasks, camera, &mut given, found));
+                });
+            }
+        }
+    }
+
     /// Finds what a camera may see.
     pub fn cull(&mut self, camera: &Camera) -> VisibleSet {
         let mut found = VisibleSet::default();
@@ -317,5 +343,29 @@ impl State {
         };
         let buffer = buffer.get_or_insert_with(|| OcclusionBuffer::new(settings.size, *camera));
         frame.run(camera, buffer, remembered, memory, found);
+    }
+
+    fn frame_behind(
+        &mut self,
+        tasks: Tasks<'_>,
+        camera: &Camera,
+        given: &mut Contributions,
+        found: &mut VisibleSet,
+    ) {
+        let settings = Settings {
+            // All that is given is drawn.
+            budget: Budget::All,
+            ..self.settings
+        };
+        let frame = Frame {
+            scene: &self.scene,
+            occluders: &self.occluders,
+            subtrees: &self.subtrees,
+            settings: &settings,
+            tasks,
+        };
+        let new = || OcclusionBuffer::new(settings.size, *camera);
+        let buffer = self.buffer.get_or_insert_with(new);
+        frame.run_behind(camera, buffer, given, &mut self.memory, found);
     }
 }

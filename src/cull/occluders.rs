@@ -1,5 +1,6 @@
 //! What is known of a scene's occluders before any frame.
 
+use crate::occluders::{ClusterId, Contributions};
 use crate::prepare::{ClusteredMesh, ClusteredScene};
 use crate::scene::{Object, Scene};
 
@@ -39,6 +40,11 @@ impl Occluders {
         }
     }
 
+    /// The clusters of all of them.
+    pub fn clusters(&self) -> &ClusteredScene {
+        &self.clusters
+    }
+
     /// How many triangles an object puts in the way as an occluder; 0 if it is none.
     pub fn triangles_of(&self, object: u32) -> u32 {
         self.triangles[object as usize]
@@ -52,6 +58,23 @@ impl Occluders {
     /// The objects that are never culled, in scene order.
     pub fn never_culled(&self) -> &[u32] {
         &self.never_culled
+    }
+
+    /// A memory of given clusters, as if a frame had needed them; those of objects that do not occlude are left out.
+    ///
+    /// # Panics
+    /// If there is no such object or cluster.
+    pub fn remembered(&self, scene: &Scene, clusters: &[ClusterId]) -> Contributions {
+        let mut given = Contributions::default();
+        for &id in clusters {
+            let object = &scene.objects()[id.object as usize];
+            if let Some(mesh) = self.mesh_of(object) {
+                let cluster = &mesh.clusters()[id.cluster as usize];
+                given.needed(id, u32::from(cluster.triangle_count), 0);
+            }
+        }
+        given.end_frame();
+        given
     }
 
     /// What an object is drawn as; none if it is no occluder.

@@ -6,8 +6,9 @@ use std::sync::Arc;
 
 use antumbra::cull::Level;
 use antumbra::cull::Settings;
-use antumbra::occluders::{Budget, Selection};
+use antumbra::occluders::{Budget, Selection, Weighing};
 use antumbra::occlusion::Accuracy;
+use antumbra::prepare::StaticCriteria;
 use antumbra::scene::Scene;
 use antumbra::view::{CameraPath, PictureSize};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -59,6 +60,9 @@ pub struct OccluderOptions {
     /// Triangles that may be drawn as occluders in a frame: a number, all, or auto: those that pay
     #[arg(long, value_name = "TRIANGLES|all|auto", default_value = "auto", value_parser = parse_budget)]
     pub budget: Budget,
+
+    #[command(flatten)]
+    pub choice: ChoiceOptions,
 }
 
 impl OccluderOptions {
@@ -67,6 +71,36 @@ impl OccluderOptions {
         Settings {
             occluders: self.occluders,
             budget: self.budget,
+            ..self.choice.of(settings)
+        }
+    }
+}
+
+/// What the selections of the papers take for an occluder.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct ChoiceOptions {
+    /// But by contribution: objects are unfit to be occluders by size, locality, complexity, redundancy, or all of these
+    #[arg(long, value_name = "CRITERIA", num_args = 0..=1, require_equals = true, default_value = "none", default_missing_value = "all", value_parser = parse_criteria)]
+    pub static_criteria: StaticCriteria,
+
+    /// By weight: what fills less of its box is no occluder, from 0 to 1
+    #[arg(long, value_name = "SHARE", default_value_t = Weighing::default().least_compactness, value_parser = parse_share)]
+    pub compactness: f32,
+
+    /// By weight: objects that are drawn at the most [default: as many as the budget allows]
+    #[arg(long, value_name = "N")]
+    pub active: Option<u32>,
+}
+
+impl ChoiceOptions {
+    /// These settings, with such occluders.
+    pub fn of(self, settings: Settings) -> Settings {
+        Settings {
+            static_criteria: self.static_criteria,
+            weighing: Weighing {
+                least_compactness: self.compactness,
+                most_active: self.active,
+            },
             ..settings
         }
     }
@@ -117,6 +151,32 @@ fn selections() -> impl TypedValueParser<Value = Selection> {
         let named = |selection: &Selection| selection.name() == name;
         Selection::ALL.into_iter().find(named).unwrap_or_default()
     })
+}
+
+/// Reads names with commas between.
+fn parse_criteria(text: &str) -> Result<StaticCriteria, String> {
+    let named = |name: &str| match name {
+        "none" => Ok(StaticCriteria::NONE),
+        "all" => Ok(StaticCriteria::ALL),
+        name => {
+            let known = StaticCriteria::NAMED
+                .iter()
+                .find(|(known, _)| *known == name);
+            known.map(|(_, criterion)| *criterion).ok_or(())
+        }
+    };
+    text.split(',').try_fold(StaticCriteria::NONE, |all, name| {
+        named(name).map(|criterion| all.and(criterion)).map_err(|()| {
+            "give size, locality, complexity, redundancy, several of these with commas between, all or none"
+                .to_owned()
+        })
+    })
+}
+
+fn parse_share(text: &str) -> Result<f32, String> {
+    let share = text.parse().ok();
+    let share = share.filter(|share| (0.0..=1.0).contains(share));
+    share.ok_or_else(|| "give a number from 0 to 1".to_owned())
 }
 
 fn parse_budget(text: &str) -> Result<Budget, String> {
@@ -177,6 +237,31 @@ mod tests {
             "", "1280", "1280x", "x768", "0x10", "10x-1", "1e3x10", "99999x10",
         ] {
             assert!(parse_size(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn criteria_are_names_with_commas_between() {
+        assert_eq!(parse_criteria("none"), Ok(StaticCriteria::NONE));
+        let [(size, only_size), _, _, (redundancy, only_redundancy)] = StaticCriteria::NAMED;
+        assert_eq!(parse_criteria(size), Ok(only_size));
+        assert_eq!(
+            parse_criteria(&format!("{redundancy},{size}")),
+            Ok(only_size.and(only_redundancy))
+        );
+        assert_eq!(
+            parse_criteria(&StaticCriteria::ALL.to_string()),
+            Ok(StaticCriteria::ALL)
+        );
+        assert!(parse_criteria("").is_err());
+        assert!(parse_criteria("size;locality").is_err());
+    }
+
+    #[test]
+    fn shares_are_from_0_to_1() {
+        assert_eq!(parse_share("0.55"), Ok(0.55));
+        for bad in ["-0.1", "1.5", "NaN", "half"] {
+            assert!(parse_share(bad).is_err(), "{bad}");
         }
     }
 

@@ -6,7 +6,9 @@ use antumbra::measure::{Sweep as Swept, SweepSettings, sweep};
 use clap::Args;
 
 use super::failure::Failure;
-use super::options::{CullOptions, FrameOptions, load_path, load_scene, make_folder};
+use super::options::{
+    ChoiceOptions, CullOptions, FrameOptions, load_path, load_scene, make_folder,
+};
 use super::output::say;
 use super::progress;
 use super::render::{file_name, no_threads};
@@ -41,6 +43,9 @@ pub struct Sweep {
     cull: CullOptions,
 
     #[command(flatten)]
+    choice: ChoiceOptions,
+
+    #[command(flatten)]
     frames: FrameOptions,
 }
 
@@ -48,7 +53,7 @@ impl Sweep {
     /// Sweeps, and writes what came of it.
     pub fn run(self) -> Result<(), Failure> {
         let settings = SweepSettings {
-            cull: self.cull.settings()?,
+            cull: self.choice.of(self.cull.settings()?),
             budgets: self.budgets.clone(),
             every: self.frames.every.get(),
         };

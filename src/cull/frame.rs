@@ -8,7 +8,7 @@ use super::test::{Kept, LookMemory, TestMemory, look_closely, not_hidden};
 use super::traverse::{self, FrustumMemory, TraverseMemory, not_hidden_so_far};
 use super::{Frame, Remembered, StageTimes, Statistics, VisibleSet, grow, share_of};
 use crate::occluders::{
-    Budget, Contributions, DrawnCluster, Selection, distance_keys, keep_promising,
+    Budget, Contributions, DrawnCluster, Selection, distance_keys, keep_active, keep_promising,
     solid_angle_keys, weight_keys, z_plane_keys,
 };
 use crate::occlusion::{Accuracy, Footprint, OcclusionBuffer};
@@ -305,14 +305,17 @@ impl Frame<'_> {
         grow(memory, count);
         let keys = &mut memory[..count];
         self.tasks.each(Work::Select, keys, |task, keys| {
-            let occludes = |object: &u32| self.occluders.triangles_of(*object) > 0;
+            let occludes = |object: &u32| self.occluders.is_candidate(*object, self.settings);
             let objects = share_of(objects, share, task).iter().copied();
             let objects = objects.filter(occludes);
             let (scene, eye) = (self.scene, camera.eye());
             match self.settings.occluders {
                 Selection::ZPlane => z_plane_keys(scene, camera, objects, keys),
                 Selection::SolidAngle => solid_angle_keys(scene, eye, objects, keys),
-                Selection::Weight => weight_keys(scene, camera, objects, keys),
+                Selection::Weight => {
+                    let across = |object| self.occluders.across_largest_face(object);
+                    weight_keys(scene, camera, across, objects, keys);
+                }
                 Selection::Nearest
                 | Selection::PreviousVisible
                 | Selection::Coherent
@@ -322,6 +325,9 @@ impl Frame<'_> {
         let (first, others) = memory.split_at_mut(1);
         for others in &others[..count - 1] {
             first[0].extend_from_slice(others);
+        }
+        if self.settings.occluders == Selection::Weight {
+            keep_active(&self.settings.weighing, &mut first[0]);
         }
         &mut first[0]
     }

@@ -29,9 +29,11 @@ use std::sync::Arc;
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
-use crate::occluders::{Budget, ClusterId, Contributions, DrawnCluster, LastFrame, Selection};
+use crate::occluders::{
+    Budget, ClusterId, Contributions, DrawnCluster, LastFrame, Selection, Weighing,
+};
 use crate::occlusion::{Accuracy, OcclusionBuffer};
-use crate::prepare::ClusteredScene;
+use crate::prepare::{ClusteredScene, StaticCriteria};
 use crate::scene::Scene;
 use crate::tasks::{Record, Stage, Tasks, stay_awake};
 use crate::view::{Camera, Frustum, PictureSize};
@@ -55,6 +57,10 @@ pub struct Settings {
     pub occluders: Selection,
     /// How many triangles may be drawn as occluders.
     pub budget: Budget,
+    /// What makes objects unfit to be occluders, whatever the eye sees of them (HOM §7.1); by contribution nothing does.
+    pub static_criteria: StaticCriteria,
+    /// By weight: which objects are candidates, and how many are active.
+    pub weighing: Weighing,
     /// Threads to use; 0: as many as the machine runs at once.
     pub threads: usize,
     /// The instruction set.
@@ -69,6 +75,8 @@ impl Settings {
             accuracy: Accuracy::Exact,
             occluders: Selection::default(),
             budget: Budget::default(),
+            static_criteria: StaticCriteria::NONE,
+            weighing: Weighing::default(),
             threads: 0,
             level: Level::best(),
         }
@@ -184,6 +192,7 @@ impl Culler {
         occluders: Arc<Occluders>,
         subtrees: Arc<Subtrees>,
     ) -> Culler {
+        pool.install(|| occluders.prepare_for(&scene, &settings));
         Culler {
             pool: (pool.current_num_threads() > 1).then_some(pool),
             state: State {

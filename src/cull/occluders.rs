@@ -1,7 +1,12 @@
 //! What is known of a scene's occluders before any frame.
 
-use crate::occluders::{ClusterId, Contributions};
-use crate::prepare::{ClusteredMesh, ClusteredScene};
+use std::sync::OnceLock;
+
+use glam::DVec3;
+
+use super::Settings;
+use crate::occluders::{ClusterId, Contributions, Selection};
+use crate::prepare::{ClusteredMesh, ClusteredScene, OccluderFitness, StaticCriteria};
 use crate::scene::{Object, Scene};
 
 /// A scene's occluders, ready to be drawn.
@@ -14,6 +19,8 @@ pub struct Occluders {
     is_all: Vec<bool>,
     /// The objects that are never culled.
     never_culled: Vec<u32>,
+    /// What of them is worth drawing, once somebody wants to know.
+    fitness: OnceLock<OccluderFitness>,
 }
 
 impl Occluders {
@@ -37,7 +44,39 @@ impl Occluders {
             is_all: scene.objects().iter().map(is_all).collect(),
             triangles: scene.objects().iter().map(triangles).collect(),
             clusters,
+            fitness: OnceLock::new(),
         }
+    }
+
+    /// Finds out what settings ask of a scene's objects, on the current threads.
+    pub fn prepare_for(&self, scene: &Scene, settings: &Settings) {
+        if asks_for_fitness(settings) {
+            let find = || OccluderFitness::new(scene, &self.clusters);
+            self.fitness.get_or_init(find);
+        }
+    }
+
+    /// Whether an object is among those that may be occluders by settings that are prepared for.
+    pub fn is_candidate(&self, object: u32, settings: &Settings) -> bool {
+        if self.triangles_of(object) == 0 {
+            return false;
+        }
+        match self.fitness.get() {
+            Some(fitness) if asks_for_fitness(settings) => {
+                let is_by_weight = settings.occluders == Selection::Weight;
+                fitness.is_fit(object, settings.static_criteria)
+                    && !(is_by_weight
+                        && fitness.compactness(object) < settings.weighing.least_compactness)
+            }
+            _ => true,
+        }
+    }
+
+    /// The direction across the largest face of an object, in the world; zero if it has none, or nobody prepared for the question.
+    pub fn across_largest_face(&self, object: u32) -> DVec3 {
+        self.fitness
+            .get()
+            .map_or(DVec3::ZERO, |fitness| fitness.across_largest_face(object))
     }
 
     /// The clusters of all of them.
@@ -81,4 +120,11 @@ impl Occluders {
     pub fn mesh_of(&self, object: &Object) -> Option<&ClusteredMesh> {
         self.clusters.occluder(object)
     }
+}
+
+/// Whether settings choose occluders by what they are. By contribution it is found out what they hide.
+fn asks_for_fitness(settings: &Settings) -> bool {
+    settings.occluders != Selection::Contribution
+        && (settings.static_criteria != StaticCriteria::NONE
+            || settings.occluders == Selection::Weight)
 }

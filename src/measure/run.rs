@@ -92,6 +92,8 @@ fn describe(settings: &MeasureSettings, threads: usize) -> SettingsReport {
         accuracy,
         occluders,
         budget,
+        static_criteria,
+        weighing,
         level,
         ..
     } = settings.cull;
@@ -107,6 +109,9 @@ fn describe(settings: &MeasureSettings, threads: usize) -> SettingsReport {
         hole,
         occluders: occluders.to_string(),
         budget: budget.to_string(),
+        static_criteria: static_criteria.to_string(),
+        least_compactness: weighing.least_compactness,
+        most_active: weighing.most_active,
         cold: settings.cold,
         depth: "no-background".into(),
         map_scale: 1,

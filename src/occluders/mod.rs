@@ -15,7 +15,7 @@ pub use last_frame::LastFrame;
 pub use nearest::{distance_keys, object_of, sort_nearest};
 pub use promise::keep_promising;
 pub use solid_angle::solid_angle_keys;
-pub use weight::weight_keys;
+pub use weight::{Weighing, keep_active, weight_keys};
 pub use z_plane::z_plane_keys;
 
 use crate::scene::{Aabb, Scene};
@@ -59,7 +59,7 @@ pub enum Selection {
     ZPlane,
     /// Those that look largest.
     SolidAngle,
-    /// Those that are large, near and turned towards the eye (LOD §5.2).
+    /// Those that fill their boxes, are large, near and turned towards the eye (LOD §5.1, §5.2): see [`Weighing`].
     Weight,
     /// Of those that were visible in the last frame, the nearest (GW §5.2).
     PreviousVisible,

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use antumbra::cull::{Culler, Settings};
 use antumbra::glam::{DAffine3, DVec3};
 use antumbra::occluders::{
-    Budget, Selection, Weighing, distance_keys, object_of, solid_angle_keys, sort_nearest,
-    weight_keys, z_plane_keys,
+    Budget, FramesBack, Selection, Weighing, distance_keys, object_of, solid_angle_keys,
+    sort_nearest, weight_keys, z_plane_keys,
 };
 use antumbra::prepare::StaticCriteria;
 use antumbra::scene::{Material, Mesh, Object, Scene, Surface};
@@ -104,6 +104,31 @@ fn a_turn_loses_nothing_where_what_enters_the_frustum_may_occlude() {
     assert_eq!(previous[1], [A, 1, 2, 3]);
     assert_eq!(previous[2], [A]);
     assert_eq!(visible(Selection::Nearest)[1..], [[A], [A]]);
+}
+
+/// The same turn, with what was visible two frames back: a wall that comes into view is drawn a frame later than with one.
+#[test]
+fn two_frames_back_draws_what_was_visible_then() {
+    let scene = scene(vec![
+        block([20.0, 0.0, -4.0], [0.2, 12.0, 12.0]),
+        block([25.0, 0.0, -3.0], [1.0; 3]),
+    ]);
+    let away = looking([0.0, 0.0, -4.0], [0.0, 0.0, -20.0]);
+    let there = looking([0.0, 0.0, -4.0], [20.0, 0.0, -4.0]);
+    let visible = |frames_back| {
+        let settings = Settings {
+            frames_back,
+            ..*culler(&scene, Selection::PreviousVisible).settings()
+        };
+        let mut culler = Culler::new(scene.clone(), settings).expect("threads");
+        [away, there, there, there, there].map(|camera| {
+            let found = culler.cull(&camera);
+            assert!(found.visible.is_empty() || found.visible.contains(&A));
+            found.visible.len()
+        })
+    };
+    assert_eq!(visible(FramesBack::One), [0, 2, 1, 1, 1]);
+    assert_eq!(visible(FramesBack::Two), [0, 2, 2, 1, 1]);
 }
 
 /// A step aside exposes a wall A and what is behind it, all of which was hidden. None of it is a candidate then: culling is lost

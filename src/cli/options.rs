@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use antumbra::cull::Level;
 use antumbra::cull::Settings;
-use antumbra::occluders::{Budget, Selection, Weighing};
+use antumbra::occluders::{Budget, FramesBack, Selection, Weighing};
 use antumbra::occlusion::Accuracy;
 use antumbra::prepare::StaticCriteria;
 use antumbra::scene::Scene;
@@ -92,6 +92,10 @@ pub struct ChoiceOptions {
     pub active: Option<u32>,
 }
 
+
+    /// By what was previously visible: whether in the last frame, or in the one before it (1 or 2)
+    #[arg(long, value_name = "FRAMES", default_value = "1", value_parser = parse_frames_back)]
+    pub frames_back: FramesBack,
 impl ChoiceOptions {
     /// These settings, with such occluders.
     pub fn of(self, settings: Settings) -> Settings {
@@ -103,6 +107,7 @@ impl ChoiceOptions {
             },
             ..settings
         }
+            frames_back: self.frames_back,
     }
 }
 
@@ -175,6 +180,14 @@ fn parse_criteria(text: &str) -> Result<StaticCriteria, String> {
 
 fn parse_share(text: &str) -> Result<f32, String> {
     let share = text.parse().ok();
+fn parse_frames_back(text: &str) -> Result<FramesBack, String> {
+    let known = [FramesBack::One, FramesBack::Two];
+    let named = known
+        .into_iter()
+        .find(|back| back.count().to_string() == text);
+    named.ok_or_else(|| "give 1 or 2".to_owned())
+}
+
     let share = share.filter(|share| (0.0..=1.0).contains(share));
     share.ok_or_else(|| "give a number from 0 to 1".to_owned())
 }
@@ -273,4 +286,13 @@ mod tests {
         assert!(parse_budget("some").is_err());
         assert!(parse_budget("-1").is_err());
     }
+    #[test]
+    fn frames_back_are_one_or_two() {
+        assert_eq!(parse_frames_back("1"), Ok(FramesBack::One));
+        assert_eq!(parse_frames_back("2"), Ok(FramesBack::Two));
+        for bad in ["0", "3", "", "one"] {
+            assert!(parse_frames_back(bad).is_err(), "{bad}");
+        }
+    }
+
 }

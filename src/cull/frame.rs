@@ -128,7 +128,8 @@ impl Frame<'_> {
             let of_last = &mut memory.of_last;
             of_last.clear();
             let objects = in_frustum.iter().copied();
-            of_last.extend(objects.filter(|&object| last.is_candidate(selection, object)));
+            let back = self.settings.frames_back;
+            of_last.extend(objects.filter(|&object| last.is_candidate(selection, back, object)));
             self.candidates(camera, of_last, &mut memory.candidates)
         } else {
             self.candidates(camera, in_frustum, &mut memory.candidates)

@@ -30,7 +30,7 @@ use std::sync::Arc;
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
 use crate::occluders::{
-    Budget, ClusterId, Contributions, DrawnCluster, LastFrame, Selection, Weighing,
+    Budget, ClusterId, Contributions, DrawnCluster, FramesBack, LastFrame, Selection, Weighing,
 };
 use crate::occlusion::{Accuracy, OcclusionBuffer};
 use crate::prepare::{ClusteredScene, StaticCriteria};
@@ -62,6 +62,8 @@ pub struct Settings {
     /// By weight: which objects are candidates, and how many are active.
     pub weighing: Weighing,
     /// Threads to use; 0: as many as the machine runs at once.
+    /// By what was visible: in which frame.
+    pub frames_back: FramesBack,
     pub threads: usize,
     /// The instruction set.
     pub level: Level,
@@ -78,6 +80,7 @@ impl Settings {
             static_criteria: StaticCriteria::NONE,
             weighing: Weighing::default(),
             threads: 0,
+            frames_back: FramesBack::default(),
             level: Level::best(),
         }
     }

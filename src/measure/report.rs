@@ -53,6 +53,8 @@ pub struct SettingsReport {
     pub least_compactness: f32,
     /// By weight: how many objects are active, or null.
     pub most_active: Option<u32>,
+    /// By what was visible: how many frames back.
+    pub frames_back: u32,
     /// Whether each frame starts without memory of the last.
     pub cold: bool,
     /// The depth representation.

@@ -94,6 +94,7 @@ fn describe(settings: &MeasureSettings, threads: usize) -> SettingsReport {
         budget,
         static_criteria,
         weighing,
+        frames_back,
         level,
         ..
     } = settings.cull;
@@ -112,6 +113,7 @@ fn describe(settings: &MeasureSettings, threads: usize) -> SettingsReport {
         static_criteria: static_criteria.to_string(),
         least_compactness: weighing.least_compactness,
         most_active: weighing.most_active,
+        frames_back: frames_back.count(),
         cold: settings.cold,
         depth: "no-background".into(),
         map_scale: 1,

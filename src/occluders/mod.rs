@@ -11,7 +11,7 @@ mod weight;
 mod z_plane;
 
 pub use contribution::{ClusterId, Contributions};
-pub use last_frame::LastFrame;
+pub use last_frame::{FramesBack, LastFrame};
 pub use nearest::{distance_keys, object_of, sort_nearest};
 pub use promise::keep_promising;
 pub use solid_angle::solid_angle_keys;
@@ -61,7 +61,7 @@ pub enum Selection {
     SolidAngle,
     /// Those that fill their boxes, are large, near and turned towards the eye (LOD §5.1, §5.2): see [`Weighing`].
     Weight,
-    /// Of those that were visible in the last frame, the nearest (GW §5.2).
+    /// Of those that were visible in the last frame or the one before, the nearest (GW §5.2): see [`FramesBack`].
     PreviousVisible,
     /// The nearest of those and of what has entered the frustum (HOM §7.4, equation 7.1).
     Coherent,

@@ -244,6 +244,7 @@ impl Frame<'_> {
         let draw = &mut memory.draw;
         draw_what_closes_gaps(self, buffer, undecided, questions, draw, &mut drawn);
         kept.retain(|kept| !drawn.hidden.has(kept.object));
+        let is_cut_short = self.is_time_over();
         if let Budget::Triangles(_) = self.settings.budget {
             // What is left of the budget is there to be spent.
             let objects = &mut memory.in_frustum;
@@ -257,8 +258,9 @@ impl Frame<'_> {
         self.tasks.alone(Work::Finish, || buffer.finish());
         clock.lap(|times| &mut times.pyramid);
 
-        let is_decided =
-            self.settings.accuracy == Accuracy::Exact && self.settings.budget == Budget::Auto;
+        let is_decided = self.settings.accuracy == Accuracy::Exact
+            && self.settings.budget.is_for_what_pays()
+            && !is_cut_short;
         if is_decided {
             visible.clear();
             visible.extend(kept.iter().map(|kept| kept.object));
@@ -268,6 +270,9 @@ impl Frame<'_> {
             kept.retain(|kept| visible.binary_search(&kept.object).is_ok());
         }
         seen.note(self.subtrees, undecided, kept);
+        if is_cut_short {
+            contributions.keep_untried();
+        }
         contributions.end_frame();
         self.put_back_never_culled(camera, visible);
     }

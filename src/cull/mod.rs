@@ -26,6 +26,7 @@ mod traverse;
 mod waiting;
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
@@ -61,9 +62,9 @@ pub struct Settings {
     pub static_criteria: StaticCriteria,
     /// By weight: which objects are candidates, and how many are active.
     pub weighing: Weighing,
-    /// Threads to use; 0: as many as the machine runs at once.
     /// By what was visible: in which frame.
     pub frames_back: FramesBack,
+    /// Threads to use; 0: as many as the machine runs at once.
     pub threads: usize,
     /// The instruction set.
     pub level: Level,
@@ -79,8 +80,8 @@ impl Settings {
             budget: Budget::default(),
             static_criteria: StaticCriteria::NONE,
             weighing: Weighing::default(),
-            threads: 0,
             frames_back: FramesBack::default(),
+            threads: 0,
             level: Level::best(),
         }
     }
@@ -136,6 +137,15 @@ struct Frame<'a> {
     subtrees: &'a Subtrees,
     settings: &'a Settings,
     tasks: Tasks<'a>,
+    /// When no more occluders are to be drawn, if that depends on the time.
+    ends: Option<Instant>,
+}
+
+impl Frame<'_> {
+    /// Whether a budget of time is spent. Without one, no clock is looked at.
+    fn is_time_over(&self) -> bool {
+        self.ends.is_some_and(|ends| Instant::now() >= ends)
+    }
 }
 
 /// What task `task` of several takes, of `items` that are handed out by `share`.
@@ -333,6 +343,7 @@ impl State {
             subtrees: &self.subtrees,
             settings: &self.settings,
             tasks,
+            ends: None,
         }
     }
 
@@ -352,6 +363,11 @@ impl State {
             subtrees,
             settings,
             tasks,
+            // A time beyond all times is none.
+            ends: settings
+                .budget
+                .time()
+                .and_then(|time| Instant::now().checked_add(time)),
         };
         let buffer = buffer.get_or_insert_with(|| OcclusionBuffer::new(settings.size, *camera));
         frame.run(camera, buffer, remembered, memory, found);
@@ -375,6 +391,7 @@ impl State {
             subtrees: &self.subtrees,
             settings: &settings,
             tasks,
+            ends: None,
         };
         let new = || OcclusionBuffer::new(settings.size, *camera);
         let buffer = self.buffer.get_or_insert_with(new);

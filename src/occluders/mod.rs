@@ -1,6 +1,7 @@
 //! Which objects to draw as occluders this frame, and in which order.
 
 use std::fmt;
+use std::time::Duration;
 
 mod contribution;
 mod last_frame;
@@ -48,6 +49,10 @@ pub enum Budget {
     Auto,
     /// Candidates are drawn in order for as long as they fit (HOM §7.3.2).
     Triangles(u64),
+    /// As many as pay, until so much time has gone by since the frame began. This is the one setting by which a result depends on
+    /// the machine, and on what else it does: how much is culled, never whether that is right. The time is looked at between
+    /// batches and rounds, so that what is begun is finished; what is left is asking, which takes its time besides.
+    Time(Duration),
 }
 
 /// How occluders are chosen.
@@ -110,6 +115,7 @@ impl fmt::Display for Budget {
             Budget::All => f.pad("all"),
             Budget::Auto => f.pad("auto"),
             Budget::Triangles(triangles) => write!(f, "{triangles}"),
+            Budget::Time(time) => write!(f, "{}us", time.as_nanos() as f64 / 1000.0),
         }
     }
 }
@@ -135,8 +141,21 @@ impl Budget {
     /// How many triangles more may be drawn after so many.
     pub fn left(self, drawn: u64) -> u64 {
         match self {
-            Budget::All | Budget::Auto => u64::MAX,
+            Budget::All | Budget::Auto | Budget::Time(_) => u64::MAX,
             Budget::Triangles(most) => most.saturating_sub(drawn),
+        }
+    }
+
+    /// Whether only what pays is drawn.
+    pub fn is_for_what_pays(self) -> bool {
+        matches!(self, Budget::Auto | Budget::Time(_))
+    }
+
+    /// After how much time of a frame no more is drawn.
+    pub fn time(self) -> Option<Duration> {
+        match self {
+            Budget::Time(time) => Some(time),
+            Budget::All | Budget::Auto | Budget::Triangles(_) => None,
         }
     }
 }

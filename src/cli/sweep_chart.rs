@@ -143,16 +143,26 @@ impl Against {
     }
 }
 
-/// A chart may be this many times as far across as it begins, and every number that stands at a line is written.
-const ROOM_FOR_ALL: f64 = 12.0;
+/// The numbers that are written along a logarithmic axis: the fewer of each decade the more there are of these.
+fn ticks(least: f64, most: f64) -> Vec<f64> {
+    let steps: &[f64] = match most / least {
+        ratio if ratio < 8.0 => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0],
+        ratio if ratio < 2_000.0 => &[1.0, 2.0, 5.0],
+        _ => &[1.0],
+    };
+    let decades = (0..12).map(|decade| (0..decade).fold(0.1, |number, _| number * 10.0));
+    let numbers = decades.flat_map(|decade| steps.iter().map(move |step| step * decade));
+    numbers
+        .filter(|number| (least..=most).contains(number))
+        .collect()
+}
 
-/// A number with its thousands apart; nothing if there is no room for all, and it does not begin with 1, 2 or 5.
-fn label(number: f64, is_room_for_all: bool) -> String {
-    let text = format!("{number:.0}");
-    if is_room_for_all || text.starts_with(['1', '2', '5']) {
-        super::output::thousands(number.round() as u64)
+/// A number with its thousands apart.
+fn label(number: f64) -> String {
+    if number < 10.0 {
+        format!("{number:.1}")
     } else {
-        String::new()
+        super::output::thousands(number.round() as u64)
     }
 }
 
@@ -165,7 +175,7 @@ pub fn chart(name: &str, swept: &Sweep, against: Against) -> Result<String, Anyt
     let across = |p: &SweepPoint| against.of(p);
     let least = points.iter().map(across).fold(f64::INFINITY, f64::min);
     let most = points.iter().map(across).fold(least, f64::max);
-    let is_room_for_all = most < ROOM_FOR_ALL * least;
+    let (left, right) = (least * 0.9, most * 1.1);
     let culled = points.iter().map(|p| p.culled_of_hidden);
     let (worst, best) = (
         culled.clone().fold(1.0, f64::min),
@@ -186,7 +196,9 @@ pub fn chart(name: &str, swept: &Sweep, against: Against) -> Result<String, Anyt
             .x_label_area_size(48)
             .y_label_area_size(64)
             .build_cartesian_2d(
-                (least * 0.9..most * 1.1).log_scale(),
+                (left..right)
+                    .log_scale()
+                    .with_key_points(ticks(left, right)),
                 (worst - 0.02).max(0.0)..(best + 0.02).min(1.0),
             )?;
         chart
@@ -194,29 +206,32 @@ pub fn chart(name: &str, swept: &Sweep, against: Against) -> Result<String, Anyt
             .light_line_style(WHITE)
             .bold_line_style(RGBColor(225, 225, 225))
             .x_desc(against.axis())
-            .x_labels(24)
             .y_desc("culled of the hidden objects, %")
-            .x_label_formatter(&|&x| label(x, is_room_for_all))
+            .x_label_formatter(&|&x| label(x))
             .y_label_formatter(&|y| format!("{:.0}", y * 100.0))
             .label_style(("sans-serif", 15))
             .draw()?;
         let lines = points.chunk_by(|a, b| a.occluders == b.occluders);
         for (number, points) in lines.enumerate() {
             let look = Look::of(&points[0].occluders, number);
-            let mut line: Vec<&SweepPoint> = points.iter().collect();
-            line.sort_by(|a, b| across(a).total_cmp(&across(b)));
-            let place = |p: &SweepPoint| chart.backend_coord(&(across(p), p.culled_of_hidden));
-            let places: Vec<(i32, i32)> = line.iter().map(|p| place(p)).collect();
+            let (chosen, mut line): (Vec<&SweepPoint>, Vec<&SweepPoint>) =
+                points.iter().partition(|p| p.budget == "auto");
+            // In the order of what is drawn, whatever that takes.
+            line.sort_by(|a, b| a.occluder_triangles.total_cmp(&b.occluder_triangles));
+            let place = |p: &&SweepPoint| chart.backend_coord(&(across(p), p.culled_of_hidden));
+            let places: Vec<(i32, i32)> = line.iter().map(place).collect();
             look.draw(&all, &places)?;
-            for chosen in line.iter().filter(|p| p.budget == "auto") {
-                all.draw(&Circle::new(place(chosen), 9, look.color.stroke_width(2)))?;
+            for at in chosen.iter().map(place) {
+                all.draw(&look.mark.at(at, 4, look.color))?;
+                all.draw(&Circle::new(at, 9, look.color.stroke_width(2)))?;
             }
             let y = 72 + number as i32 * NAMES_APART;
             look.draw(&names, &[(6, y), (24, y), (42, y)])?;
             let font = ("sans-serif", 15).into_font();
             names.draw(&Text::new(points[0].occluders.clone(), (54, y - 7), font))?;
-            if points.iter().any(|p| p.budget == "auto") {
+            if !chosen.is_empty() {
                 let y = y + NAMES_APART * (swept_lines(swept) - number) as i32 + 6;
+                names.draw(&look.mark.at((24, y), 4, look.color))?;
                 names.draw(&Circle::new((24, y), 9, look.color.stroke_width(2)))?;
                 for (row, text) in ["the budget that", "chooses itself"].iter().enumerate() {
                     let font = ("sans-serif", 14).into_font();
@@ -232,4 +247,26 @@ pub fn chart(name: &str, swept: &Sweep, against: Against) -> Result<String, Anyt
 fn swept_lines(swept: &Sweep) -> usize {
     let points = &swept.points;
     points.chunk_by(|a, b| a.occluders == b.occluders).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(least: f64, most: f64) -> Vec<String> {
+        ticks(least, most).into_iter().map(label).collect()
+    }
+
+    #[test]
+    fn ticks_are_round_numbers_within_the_axis() {
+        assert_eq!(
+            labels(420.0, 3_300.0),
+            ["500", "600", "800", "1,000", "1,500", "2,000", "3,000"]
+        );
+        assert_eq!(labels(0.9, 30.0), ["1.0", "2.0", "5.0", "10", "20"]);
+        assert_eq!(
+            labels(15.0, 600_000.0),
+            ["100", "1,000", "10,000", "100,000"]
+        );
+    }
 }

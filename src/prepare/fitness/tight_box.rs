@@ -167,11 +167,9 @@ fn rotate(matrix: &mut [[f64; 3]; 3], axes: &mut [DVec3; 3], i: usize, j: usize)
         let (a, b) = (row[i], row[j]);
         (row[i], row[j]) = (cosine * a - sine * b, sine * a + cosine * b);
     }
-    for k in 0..3 {
-        let (a, b) = (matrix[i][k], matrix[j][k]);
-        matrix[i][k] = cosine * a - sine * b;
-        matrix[j][k] = sine * a + cosine * b;
-    }
+    let (a, b) = (matrix[i], matrix[j]);
+    matrix[i] = std::array::from_fn(|k| cosine * a[k] - sine * b[k]);
+    matrix[j] = std::array::from_fn(|k| sine * a[k] + cosine * b[k]);
     let (a, b) = (axes[i], axes[j]);
     axes[i] = a * cosine - b * sine;
     axes[j] = a * sine + b * cosine;

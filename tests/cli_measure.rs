@@ -209,6 +209,8 @@ fn settings_say_how_occluders_were_chosen() {
     assert_eq!(plain["static_criteria"], "none");
     assert_eq!(plain["frames_back"], 1);
     assert_eq!(plain["most_active"], Value::Null);
+    let least = plain["least_compactness"].as_f64().expect("a number");
+    assert!((least - 0.3).abs() < 1e-6, "{least}");
     let by_time = settings(&["--budget", "0.2ms"]);
     assert_eq!(by_time["budget"], "200us");
     assert_eq!(settings(&["--budget", "0us"])["budget"], "0us");

@@ -192,3 +192,45 @@ fn more_threads_are_simulated_on_request() {
     let output = measure(&folder, &["--simulate-threads"]);
     assert!(stdout(&output).contains("speed-up"), "{}", stdout(&output));
 }
+
+#[test]
+fn settings_say_how_occluders_were_chosen() {
+    let folder = Folder::new("measure_choice").with_scene();
+    let settings = |more: &[&str]| {
+        let mut arguments = vec!["--json", "-"];
+        arguments.extend(more);
+        let output = measure(&folder, &arguments);
+        let mut report: Value = serde_json::from_slice(&output.stdout).expect("JSON alone");
+        assert_eq!(report["totals"]["false_culls"], 0, "{more:?}");
+        report["settings"].take()
+    };
+    let plain = settings(&[]);
+    assert_eq!(plain["budget"], "auto");
+    assert_eq!(plain["static_criteria"], "none");
+    assert_eq!(plain["frames_back"], 1);
+    assert_eq!(plain["most_active"], Value::Null);
+    let least = plain["least_compactness"].as_f64().expect("a number");
+    assert!((least - 0.3).abs() < 1e-6, "{least}");
+    let by_time = settings(&["--budget", "0.2ms"]);
+    assert_eq!(by_time["budget"], "200us");
+    assert_eq!(settings(&["--budget", "0us"])["budget"], "0us");
+    let all = settings(&["--occluders", "nearest", "--static-criteria"]);
+    assert_eq!(
+        all["static_criteria"],
+        "size,locality,complexity,redundancy"
+    );
+    let some = settings(&[
+        "--occluders",
+        "weight",
+        "--static-criteria=size,redundancy",
+        "--compactness",
+        "0.5",
+        "--active",
+        "20",
+    ]);
+    assert_eq!(some["static_criteria"], "size,redundancy");
+    assert_eq!(some["least_compactness"], 0.5);
+    assert_eq!(some["most_active"], 20);
+    let back = settings(&["--occluders", "previous-visible", "--frames-back", "2"]);
+    assert_eq!(back["frames_back"], 2);
+}

@@ -25,8 +25,8 @@ fn a_sweep_leaves_a_chart_and_its_figures() {
     let read = |file: &str| std::fs::read_to_string(format!("{out}/{file}")).expect(file);
     let swept: Value = serde_json::from_str(&read("sweep.json")).expect("JSON");
     let points = swept["points"].as_array().expect("a list");
-    // Seven selections, each with two budgets and without one; contribution also with its own.
-    assert_eq!(points.len(), 7 * 3 + 1);
+    // Each selection and the oracle with two budgets and without one; contribution also with its own.
+    assert_eq!(points.len(), 8 * 3 + 1);
     for point in points {
         assert_eq!(point["false_culls"], 0, "{point}");
         let budget = point["budget"].as_str().expect("a name");
@@ -51,13 +51,26 @@ fn a_sweep_leaves_a_chart_and_its_figures() {
             "weight",
             "previous-visible",
             "coherent",
-            "contribution"
+            "contribution",
+            "oracle"
         ]
     );
+    let of_oracle = |budget: &str| {
+        let mut named = points.iter().filter(|point| point["occluders"] == "oracle");
+        let point = named.find(|point| point["budget"] == budget);
+        point.expect("a point")["culled_of_hidden"].as_f64()
+    };
+    // The wall's clusters hide the box behind it, in the frames that look there; two triangles of it do not.
+    assert_eq!(of_oracle("12"), Some(1.0));
+    assert_eq!(of_oracle("2"), Some(0.0));
     assert_eq!(read("sweep.csv").lines().count(), 1 + points.len());
     let chart = read("sweep.svg");
+    let page = read("sweep.html");
+    assert!(page.contains(&chart[chart.find("<svg").expect("a picture")..]));
+    assert!(page.contains("yard.obj, 3 objects, 36 triangles"), "{page}");
     for name in names {
         assert!(chart.contains(name), "{name} is not in the chart");
+        assert!(page.contains(&format!("<td>{name}")), "{name}");
         assert!(stdout(&said).contains(name));
     }
 }

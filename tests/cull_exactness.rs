@@ -5,6 +5,7 @@ mod worlds;
 
 use std::collections::HashSet;
 use std::sync::Arc;
+use std::time::Duration;
 
 use antumbra::cull::{Culler, Settings, VisibleSet};
 use antumbra::glam::{DAffine3, DVec3};
@@ -303,6 +304,59 @@ fn never_culls_what_owns_a_pixel() {
         culled > 3_000 && kept > 3_000,
         "{culled} culled, {kept} kept"
     );
+}
+
+/// However soon the time is over, what is drawn by then hides what it hides and nothing else; and with time enough, nothing differs
+/// from the budget that chooses itself.
+#[test]
+fn a_budget_of_time_loses_culling_and_nothing_else() {
+    let mut chance = Chance::seeded(83);
+    let size = PictureSize::new(120, 90).unwrap();
+    let (mut drawn, mut with_time_enough) = (Vec::new(), 0);
+    for (us, occluders) in [
+        (0, Selection::Nearest),
+        (0, Selection::Contribution),
+        (5, Selection::Contribution),
+        (20, Selection::Contribution),
+        (50, Selection::SolidAngle),
+        (50, Selection::Contribution),
+        (60_000_000, Selection::Contribution),
+        (60_000_000, Selection::Nearest),
+    ] {
+        let scene = Arc::new(any_scene(&mut chance, DVec3::ZERO, 80));
+        let of = |budget| {
+            let settings = Settings {
+                occluders,
+                budget,
+                ..settings(size)
+            };
+            Culler::new(scene.clone(), settings).unwrap()
+        };
+        let mut timed = of(Budget::Time(Duration::from_micros(us)));
+        let mut chosen = of(Budget::Auto);
+        let mut camera = worlds::camera(&mut chance, DVec3::ZERO, 12.0);
+        let mut clusters = 0;
+        for view in 0..8 {
+            let found = timed.cull(&camera);
+            check(
+                &timed,
+                &camera,
+                &found,
+                &format!("{us} us, {occluders}, view {view}"),
+            );
+            clusters += found.occluders.len();
+            let without = chosen.cull(&camera);
+            if us > 1_000_000 {
+                assert_eq!(found.visible, without.visible);
+                assert_eq!(found.occluders, without.occluders);
+                with_time_enough += found.occluders.len();
+            }
+            camera = stepped(&mut chance, &camera);
+        }
+        drawn.push(clusters);
+    }
+    assert_eq!(drawn[..2], [0, 0], "there was no time");
+    assert!(with_time_enough > 100, "{with_time_enough}");
 }
 
 /// A wall before a crowd: inner nodes are hidden with all that is below them, but for what is never to be culled.

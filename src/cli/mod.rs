@@ -17,6 +17,7 @@ mod progress;
 mod render;
 mod sweep;
 mod sweep_chart;
+mod sweep_page;
 mod visibility_grid;
 
 use std::process::ExitCode;

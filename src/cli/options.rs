@@ -2,12 +2,13 @@
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use antumbra::cull::Level;
 use antumbra::cull::Settings;
-use antumbra::occluders::{Budget, Selection};
+use antumbra::occluders::{Budget, FramesBack, Selection, Weighing};
 use antumbra::occlusion::Accuracy;
-use antumbra::prepare::Prepared;
+use antumbra::prepare::{Prepared, StaticCriteria};
 use antumbra::view::{CameraPath, PictureSize};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
@@ -55,9 +56,13 @@ pub struct OccluderOptions {
     #[arg(long, value_name = "SELECTION", default_value = "contribution", value_parser = selections())]
     pub occluders: Selection,
 
-    /// Triangles that may be drawn as occluders in a frame: a number, all, or auto: those that pay
-    #[arg(long, value_name = "TRIANGLES|all|auto", default_value = "auto", value_parser = parse_budget)]
+    /// Triangles that may be drawn as occluders in a frame: a number, all, or auto: those that pay. Or the time until which those
+    /// that pay are drawn, as in 200us or 0.2ms; results depend on the machine then
+    #[arg(long, value_name = "TRIANGLES|all|auto|TIME", default_value = "auto", value_parser = parse_budget)]
     pub budget: Budget,
+
+    #[command(flatten)]
+    pub choice: ChoiceOptions,
 }
 
 impl OccluderOptions {
@@ -66,6 +71,41 @@ impl OccluderOptions {
         Settings {
             occluders: self.occluders,
             budget: self.budget,
+            ..self.choice.of(settings)
+        }
+    }
+}
+
+/// What the selections of the papers take for an occluder.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct ChoiceOptions {
+    /// But by contribution: objects are unfit to be occluders by size, locality, complexity, redundancy, or all of these
+    #[arg(long, value_name = "CRITERIA", num_args = 0..=1, require_equals = true, default_value = "none", default_missing_value = "all", value_parser = parse_criteria)]
+    pub static_criteria: StaticCriteria,
+
+    /// By weight: what fills less of its box is no occluder, from 0 to 1
+    #[arg(long, value_name = "SHARE", default_value_t = Weighing::default().least_compactness, value_parser = parse_share)]
+    pub compactness: f32,
+
+    /// By weight: objects that are drawn at the most [default: as many as the budget allows]
+    #[arg(long, value_name = "N")]
+    pub active: Option<u32>,
+
+    /// By what was previously visible: whether in the last frame, or in the one before it (1 or 2)
+    #[arg(long, value_name = "FRAMES", default_value = "1", value_parser = parse_frames_back)]
+    pub frames_back: FramesBack,
+}
+
+impl ChoiceOptions {
+    /// These settings, with such occluders.
+    pub fn of(self, settings: Settings) -> Settings {
+        Settings {
+            static_criteria: self.static_criteria,
+            weighing: Weighing {
+                least_compactness: self.compactness,
+                most_active: self.active,
+            },
+            frames_back: self.frames_back,
             ..settings
         }
     }
@@ -118,15 +158,63 @@ fn selections() -> impl TypedValueParser<Value = Selection> {
     })
 }
 
+/// Reads names with commas between.
+fn parse_criteria(text: &str) -> Result<StaticCriteria, String> {
+    let named = |name: &str| match name {
+        "none" => Ok(StaticCriteria::NONE),
+        "all" => Ok(StaticCriteria::ALL),
+        name => {
+            let known = StaticCriteria::NAMED
+                .iter()
+                .find(|(known, _)| *known == name);
+            known.map(|(_, criterion)| *criterion).ok_or(())
+        }
+    };
+    text.split(',').try_fold(StaticCriteria::NONE, |all, name| {
+        named(name).map(|criterion| all.and(criterion)).map_err(|()| {
+            "give size, locality, complexity, redundancy, several of these with commas between, all or none"
+                .to_owned()
+        })
+    })
+}
+
+fn parse_frames_back(text: &str) -> Result<FramesBack, String> {
+    let known = [FramesBack::One, FramesBack::Two];
+    let named = known
+        .into_iter()
+        .find(|back| back.count().to_string() == text);
+    named.ok_or_else(|| "give 1 or 2".to_owned())
+}
+
+fn parse_share(text: &str) -> Result<f32, String> {
+    let share = text.parse().ok();
+    let share = share.filter(|share| (0.0..=1.0).contains(share));
+    share.ok_or_else(|| "give a number from 0 to 1".to_owned())
+}
+
 fn parse_budget(text: &str) -> Result<Budget, String> {
     match text {
         "all" => Ok(Budget::All),
         "auto" => Ok(Budget::Auto),
-        number => number
-            .parse()
-            .map(Budget::Triangles)
-            .map_err(|_| "give a number of triangles, `all` or `auto`".into()),
+        text => parse_time(text)
+            .map(Budget::Time)
+            .or_else(|| text.parse().ok().map(Budget::Triangles))
+            .ok_or_else(|| {
+                "give a number of triangles, `all`, `auto`, or a time with its unit, `us` or `ms`"
+                    .into()
+            }),
     }
+}
+
+/// Reads a time in microseconds or milliseconds.
+fn parse_time(text: &str) -> Option<Duration> {
+    let (number, unit_s) = match (text.strip_suffix("us"), text.strip_suffix("ms")) {
+        (Some(number), _) => (number, 1e-6),
+        (_, Some(number)) => (number, 1e-3),
+        _ => return None,
+    };
+    let number: f64 = number.parse().ok()?;
+    Duration::try_from_secs_f64(number * unit_s).ok()
 }
 
 /// Loads a scene and prepares it, or an archive, with its warnings on stderr.
@@ -180,10 +268,57 @@ mod tests {
     }
 
     #[test]
-    fn budgets_are_a_number_all_or_auto() {
+    fn criteria_are_names_with_commas_between() {
+        assert_eq!(parse_criteria("none"), Ok(StaticCriteria::NONE));
+        let [(size, only_size), _, _, (redundancy, only_redundancy)] = StaticCriteria::NAMED;
+        assert_eq!(parse_criteria(size), Ok(only_size));
+        assert_eq!(
+            parse_criteria(&format!("{redundancy},{size}")),
+            Ok(only_size.and(only_redundancy))
+        );
+        assert_eq!(
+            parse_criteria(&StaticCriteria::ALL.to_string()),
+            Ok(StaticCriteria::ALL)
+        );
+        assert!(parse_criteria("").is_err());
+        assert!(parse_criteria("size;locality").is_err());
+    }
+
+    #[test]
+    fn frames_back_are_one_or_two() {
+        assert_eq!(parse_frames_back("1"), Ok(FramesBack::One));
+        assert_eq!(parse_frames_back("2"), Ok(FramesBack::Two));
+        for bad in ["0", "3", "", "one"] {
+            assert!(parse_frames_back(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn shares_are_from_0_to_1() {
+        assert_eq!(parse_share("0.55"), Ok(0.55));
+        for bad in ["-0.1", "1.5", "NaN", "half"] {
+            assert!(parse_share(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn budgets_are_a_number_all_auto_or_a_time() {
         assert_eq!(parse_budget("all"), Ok(Budget::All));
         assert_eq!(parse_budget("auto"), Ok(Budget::Auto));
         assert_eq!(parse_budget("5000"), Ok(Budget::Triangles(5000)));
+        let us = |us| Ok(Budget::Time(Duration::from_micros(us)));
+        assert_eq!(parse_budget("200us"), us(200));
+        assert_eq!(parse_budget("0.2ms"), us(200));
+        assert_eq!(parse_budget("0us"), us(0));
+        for text in ["200us", "0.5us", "1500us"] {
+            assert_eq!(
+                parse_budget(text).map(|budget| budget.to_string()),
+                Ok(text.to_owned())
+            );
+        }
+        for bad in ["us", "-1us", "NaNms", "infms", "200s", "200 us"] {
+            assert!(parse_budget(bad).is_err(), "{bad}");
+        }
         assert!(parse_budget("some").is_err());
         assert!(parse_budget("-1").is_err());
     }

@@ -6,16 +6,19 @@ use antumbra::measure::{Sweep as Swept, SweepSettings, sweep};
 use clap::Args;
 
 use super::failure::Failure;
-use super::options::{CullOptions, FrameOptions, load_path, load_scene, make_folder};
+use super::options::{
+    ChoiceOptions, CullOptions, FrameOptions, load_path, load_scene, make_folder,
+};
 use super::output::say;
 use super::progress;
 use super::render::{file_name, no_threads};
-use super::sweep_chart::chart;
+use super::sweep_chart::{Against, chart};
+use super::sweep_page::sweep_page;
 
 const EXAMPLES: &str = "\
 Examples:
   antumbra sweep castle.glb --path castle.walk.json --threads 1 --every 8
-      a chart, and its figures as CSV and JSON, in antumbra-sweep/";
+      a page with charts (sweep.html), and its figures as CSV and JSON, in antumbra-sweep/";
 
 /// Compare the ways to choose occluders: what they hide, for how many triangles
 #[derive(Debug, Args)]
@@ -40,6 +43,9 @@ pub struct Sweep {
     cull: CullOptions,
 
     #[command(flatten)]
+    choice: ChoiceOptions,
+
+    #[command(flatten)]
     frames: FrameOptions,
 }
 
@@ -47,7 +53,7 @@ impl Sweep {
     /// Sweeps, and writes what came of it.
     pub fn run(self) -> Result<(), Failure> {
         let settings = SweepSettings {
-            cull: self.cull.settings()?,
+            cull: self.choice.of(self.cull.settings()?),
             budgets: self.budgets.clone(),
             every: self.frames.every.get(),
         };
@@ -64,13 +70,24 @@ impl Sweep {
         let name = file_name(&self.scene);
         let json = serde_json::to_string_pretty(&swept)
             .map_err(|e| Failure::Failed(format!("the figures cannot be written as JSON: {e}")))?;
-        let picture = chart(&name, &swept)
-            .map_err(|e| Failure::Failed(format!("the chart cannot be drawn: {e}")))?;
+        let drawn = |against| {
+            chart(&name, &swept, against)
+                .map_err(|e| Failure::Failed(format!("the chart cannot be drawn: {e}")))
+        };
+        let (by_triangles, by_time) = (drawn(Against::Triangles)?, drawn(Against::Time)?);
         self.write("sweep.json", &(json + "\n"))?;
         self.write("sweep.csv", &csv(&swept))?;
-        self.write("sweep.svg", &picture)?;
+        self.write("sweep.svg", &by_triangles)?;
+        self.write("sweep-time.svg", &by_time)?;
+        let page = sweep_page(
+            &name,
+            &file_name(&self.path),
+            &swept,
+            [&by_triangles, &by_time],
+        );
+        self.write("sweep.html", &page)?;
         say(table(&name, &swept))?;
-        say(format_args!("chart and figures in {}", self.out.display()))
+        say(format_args!("charts and figures in {}", self.out.display()))
     }
 
     fn write(&self, file: &str, text: &str) -> Result<(), Failure> {

@@ -126,6 +126,9 @@ fn draw_batch(
     memory: &mut DrawMemory,
     drawn: &mut Drawn<'_>,
 ) -> bool {
+    if frame.is_time_over() {
+        return false;
+    }
     let batch = &memory.batch;
     let answers = ask(frame, batch, buffer, &mut memory.ask);
     drawn.statistics.occluders_asked += batch.len() as u64;

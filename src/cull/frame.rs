@@ -11,8 +11,8 @@ use super::test::{Kept, LookMemory, TestMemory, look_closely, not_hidden};
 use super::traverse::{self, FrustumMemory, TraverseMemory, hide_subtrees, not_hidden_so_far};
 use super::{Frame, Remembered, StageTimes, Statistics, VisibleSet, grow, share_of};
 use crate::occluders::{
-    Budget, DrawnCluster, Selection, distance_keys, keep_promising, solid_angle_keys, weight_keys,
-    z_plane_keys,
+    Budget, Contributions, DrawnCluster, Selection, distance_keys, keep_active, keep_promising,
+    solid_angle_keys, weight_keys, z_plane_keys,
 };
 use crate::occlusion::{Accuracy, Footprint, OcclusionBuffer};
 use crate::tasks::Work;
@@ -59,21 +59,57 @@ impl Frame<'_> {
     ) {
         let mut clock = Clock::start();
         let settings = self.settings;
-        found.occluders.clear();
-        found.statistics = Statistics::default();
-        memory.hidden.clear(self.scene.objects().len());
-        buffer.set_accuracy(settings.accuracy);
-        buffer.set_level(settings.level);
-        buffer.clear_by(self.tasks, camera);
+        self.begin(camera, buffer, memory, found);
         // Where everything is drawn there is nothing to choose.
         if settings.occluders == Selection::Contribution && settings.budget != Budget::All {
             self.by_contribution(camera, buffer, remembered, memory, found, &mut clock);
         } else {
             self.in_order(camera, buffer, remembered, memory, found, &mut clock);
         }
-        found.statistics.objects_visible = found.visible.len() as u64;
-        clock.lap(|times| &mut times.test);
-        found.times = clock.times;
+        clock.end(found);
+    }
+
+    /// Draws given clusters, and asks the objects in the frustum.
+    pub(super) fn run_behind(
+        &self,
+        camera: &Camera,
+        buffer: &mut OcclusionBuffer,
+        given: &mut Contributions,
+        memory: &mut Memory,
+        found: &mut VisibleSet,
+    ) {
+        let mut clock = Clock::start();
+        self.begin(camera, buffer, memory, found);
+        let frustum = Frustum::new(camera, self.settings.size);
+        let in_frustum = &mut memory.in_frustum;
+        traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum);
+        clock.lap(|times| &mut times.select);
+        let mut drawn = Drawn {
+            hidden: &mut memory.hidden,
+            occluders: &mut found.occluders,
+            contributions: given,
+            statistics: &mut found.statistics,
+        };
+        draw_remembered(self, buffer, &mut memory.draw, &mut drawn);
+        clock.lap(|times| &mut times.raster);
+        self.ask_all(buffer, memory, found, &mut clock);
+        clock.end(found);
+    }
+
+    /// Empties what a frame fills.
+    fn begin(
+        &self,
+        camera: &Camera,
+        buffer: &mut OcclusionBuffer,
+        memory: &mut Memory,
+        found: &mut VisibleSet,
+    ) {
+        found.occluders.clear();
+        found.statistics = Statistics::default();
+        memory.hidden.clear(self.scene.objects().len());
+        buffer.set_accuracy(self.settings.accuracy);
+        buffer.set_level(self.settings.level);
+        buffer.clear_by(self.tasks, camera);
     }
 
     /// Draws occluders nearest first, and asks the objects in the frustum.
@@ -104,7 +140,8 @@ impl Frame<'_> {
             let of_last = &mut memory.of_last;
             of_last.clear();
             let objects = in_frustum.iter().copied();
-            of_last.extend(objects.filter(|&object| last.is_candidate(selection, object)));
+            let back = self.settings.frames_back;
+            of_last.extend(objects.filter(|&object| last.is_candidate(selection, back, object)));
             self.candidates(camera, of_last, &mut memory.candidates)
         } else {
             self.candidates(camera, in_frustum, &mut memory.candidates)
@@ -126,12 +163,26 @@ impl Frame<'_> {
             draw_occluders(self, candidates, buffer, &mut memory.draw, &mut drawn);
         }
         clock.lap(|times| &mut times.raster);
+        self.ask_all(buffer, memory, found, clock);
+        if remembers {
+            last.remember(&memory.in_frustum, &found.visible);
+        }
+    }
+
+    /// Asks the objects in the frustum that drawing did not find hidden.
+    fn ask_all(
+        &self,
+        buffer: &mut OcclusionBuffer,
+        memory: &mut Memory,
+        found: &mut VisibleSet,
+        clock: &mut Clock,
+    ) {
         self.tasks.alone(Work::Finish, || buffer.finish());
         clock.lap(|times| &mut times.pyramid);
         let undecided = |&&object: &&u32| {
             !memory.hidden.has(object) || self.scene.objects()[object as usize].never_cull
         };
-        let undecided = in_frustum.iter().filter(undecided);
+        let undecided = memory.in_frustum.iter().filter(undecided);
         not_hidden(
             self,
             undecided,
@@ -140,9 +191,6 @@ impl Frame<'_> {
             &mut found.visible,
         );
         found.statistics.objects_tested = memory.test.tested() as u64;
-        if remembers {
-            last.remember(in_frustum, &found.visible);
-        }
     }
 
     /// Draws the clusters that the last frame needed, and then what keeps objects from being seen that were not before.
@@ -221,6 +269,7 @@ impl Frame<'_> {
         let draw = &mut memory.draw;
         draw_what_closes_gaps(self, buffer, undecided, questions, draw, &mut drawn);
         kept.retain(|kept| !drawn.hidden.has(kept.object));
+        let is_cut_short = self.is_time_over();
         if let Budget::Triangles(_) = self.settings.budget {
             // What is left of the budget is there to be spent.
             let objects = &mut memory.in_frustum;
@@ -234,8 +283,9 @@ impl Frame<'_> {
         self.tasks.alone(Work::Finish, || buffer.finish());
         clock.lap(|times| &mut times.pyramid);
 
-        let is_decided =
-            self.settings.accuracy == Accuracy::Exact && self.settings.budget == Budget::Auto;
+        let is_decided = self.settings.accuracy == Accuracy::Exact
+            && self.settings.budget.is_for_what_pays()
+            && !is_cut_short;
         if is_decided {
             visible.clear();
             visible.extend(kept.iter().map(|kept| kept.object));
@@ -245,6 +295,9 @@ impl Frame<'_> {
             kept.retain(|kept| visible.binary_search(&kept.object).is_ok());
         }
         seen.note(self.subtrees, undecided, kept);
+        if is_cut_short {
+            contributions.keep_untried();
+        }
         contributions.end_frame();
         self.put_back_never_culled(camera, visible);
     }
@@ -283,14 +336,17 @@ impl Frame<'_> {
         grow(memory, count);
         let keys = &mut memory[..count];
         self.tasks.each(Work::Select, keys, |task, keys| {
-            let occludes = |object: &u32| self.occluders.triangles_of(*object) > 0;
+            let occludes = |object: &u32| self.occluders.is_candidate(*object, self.settings);
             let objects = share_of(objects, share, task).iter().copied();
             let objects = objects.filter(occludes);
             let (scene, eye) = (self.scene, camera.eye());
             match self.settings.occluders {
                 Selection::ZPlane => z_plane_keys(scene, camera, objects, keys),
                 Selection::SolidAngle => solid_angle_keys(scene, eye, objects, keys),
-                Selection::Weight => weight_keys(scene, camera, objects, keys),
+                Selection::Weight => {
+                    let across = |object| self.occluders.across_largest_face(object);
+                    weight_keys(scene, camera, across, objects, keys);
+                }
                 Selection::Nearest
                 | Selection::PreviousVisible
                 | Selection::Coherent
@@ -301,6 +357,9 @@ impl Frame<'_> {
         let (first, others) = memory.split_at_mut(1);
         for others in &others[..count - 1] {
             first[0].extend_from_slice(others);
+        }
+        if self.settings.occluders == Selection::Weight {
+            keep_active(&self.settings.weighing, &mut first[0]);
         }
         &mut first[0]
     }
@@ -318,6 +377,13 @@ impl Clock {
             since: Instant::now(),
             times: StageTimes::default(),
         }
+    }
+
+    /// Ends a frame.
+    fn end(mut self, found: &mut VisibleSet) {
+        found.statistics.objects_visible = found.visible.len() as u64;
+        self.lap(|times| &mut times.test);
+        found.times = self.times;
     }
 
     /// Adds the time since the last lap to a stage's.

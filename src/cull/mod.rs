@@ -29,13 +29,17 @@ mod traverse;
 mod waiting;
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
-use crate::occluders::{Budget, Contributions, DrawnCluster, LastFrame, Selection};
+use crate::occluders::{
+    Budget, Contributions, DrawnCluster, FramesBack, LastFrame, Selection, Weighing,
+};
 use crate::occlusion::{Accuracy, OcclusionBuffer};
 use crate::prepare::{
-    ClusterId, ClusteredMesh, ClusteredScene, Prepared, VisibilityGrid, VisibilityGridError,
+    ClusterId, ClusteredMesh, ClusteredScene, Prepared, StaticCriteria, VisibilityGrid,
+    VisibilityGridError,
 };
 use crate::scene::Scene;
 use crate::tasks::{Record, Stage, Tasks, stay_awake};
@@ -61,6 +65,12 @@ pub struct Settings {
     pub occluders: Selection,
     /// How many triangles may be drawn as occluders.
     pub budget: Budget,
+    /// What makes objects unfit to be occluders, whatever the eye sees of them (HOM §7.1); by contribution nothing does.
+    pub static_criteria: StaticCriteria,
+    /// By weight: which objects are candidates, and how many are active.
+    pub weighing: Weighing,
+    /// By what was visible: in which frame.
+    pub frames_back: FramesBack,
     /// Threads to use; 0: as many as the machine runs at once.
     pub threads: usize,
     /// The instruction set.
@@ -75,6 +85,9 @@ impl Settings {
             accuracy: Accuracy::Exact,
             occluders: Selection::default(),
             budget: Budget::default(),
+            static_criteria: StaticCriteria::NONE,
+            weighing: Weighing::default(),
+            frames_back: FramesBack::default(),
             threads: 0,
             level: Level::best(),
         }
@@ -134,6 +147,15 @@ struct Frame<'a> {
     visibility_grid: Option<&'a VisibilityGrid>,
     settings: &'a Settings,
     tasks: Tasks<'a>,
+    /// When no more occluders are to be drawn, if that depends on the time.
+    ends: Option<Instant>,
+}
+
+impl Frame<'_> {
+    /// Whether a budget of time is spent. Without one, no clock is looked at.
+    fn is_time_over(&self) -> bool {
+        self.ends.is_some_and(|ends| Instant::now() >= ends)
+    }
 }
 
 /// What task `task` of several takes, of `items` that are handed out by `share`.
@@ -239,6 +261,7 @@ impl Culler {
         occluders: Arc<Occluders>,
         subtrees: Arc<Subtrees>,
     ) -> Culler {
+        pool.install(|| occluders.prepare_for(&scene, &settings));
         Culler {
             pool: (pool.current_num_threads() > 1).then_some(pool),
             state: State {
@@ -299,6 +322,26 @@ impl Culler {
         let frame = self.state.frame_of(Tasks::ALONE);
         traverse::in_frustum(&frame, &frustum, &mut FrustumMemory::default(), &mut found);
         found
+    }
+
+    /// Finds what a camera may see, where given clusters are the occluders, whatever the settings say of these: each that is
+    /// in the picture and not hidden behind others is drawn, and all objects in the frustum are asked. Knows nothing of earlier
+    /// frames, and later ones will not know of it.
+    ///
+    /// # Panics
+    /// If there is no such object or cluster.
+    pub fn cull_behind(&mut self, camera: &Camera, clusters: &[ClusterId], found: &mut VisibleSet) {
+        let mut given = self.state.occluders.remembered(&self.state.scene, clusters);
+        let state = &mut self.state;
+        match &self.pool {
+            None => state.frame_behind(Tasks::ALONE, camera, &mut given, found),
+            Some(pool) => {
+                let tasks = Tasks::shared(pool.current_num_threads());
+                pool.install(|| {
+                    stay_awake(|| state.frame_behind(tasks, camera, &mut given, found));
+                });
+            }
+        }
     }
 
     /// Finds what a camera may see.
@@ -380,6 +423,7 @@ impl State {
             visibility_grid: self.visibility_grid.as_deref(),
             settings: &self.settings,
             tasks,
+            ends: None,
         }
     }
 
@@ -401,8 +445,39 @@ impl State {
             visibility_grid: visibility_grid.as_deref(),
             settings,
             tasks,
+            // A time beyond all times is none.
+            ends: settings
+                .budget
+                .time()
+                .and_then(|time| Instant::now().checked_add(time)),
         };
         let buffer = buffer.get_or_insert_with(|| OcclusionBuffer::new(settings.size, *camera));
         frame.run(camera, buffer, remembered, memory, found);
+    }
+
+    fn frame_behind(
+        &mut self,
+        tasks: Tasks<'_>,
+        camera: &Camera,
+        given: &mut Contributions,
+        found: &mut VisibleSet,
+    ) {
+        let settings = Settings {
+            // All that is given is drawn.
+            budget: Budget::All,
+            ..self.settings
+        };
+        let frame = Frame {
+            scene: &self.scene,
+            occluders: &self.occluders,
+            subtrees: &self.subtrees,
+            visibility_grid: None,
+            settings: &settings,
+            tasks,
+            ends: None,
+        };
+        let new = || OcclusionBuffer::new(settings.size, *camera);
+        let buffer = self.buffer.get_or_insert_with(new);
+        frame.run_behind(camera, buffer, given, &mut self.memory, found);
     }
 }

@@ -1,9 +1,15 @@
 //! What is known of a scene's occluders before any frame.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
-use crate::prepare::{ClusteredMesh, ClusteredScene, Prepared};
-use crate::scene::Object;
+use glam::DVec3;
+
+use super::Settings;
+use crate::occluders::{Contributions, Selection};
+use crate::prepare::{
+    ClusterId, ClusteredMesh, ClusteredScene, OccluderFitness, Prepared, StaticCriteria,
+};
+use crate::scene::{Object, Scene};
 
 /// A scene's occluders, ready to be drawn.
 #[derive(Debug)]
@@ -15,6 +21,8 @@ pub struct Occluders {
     is_all: Vec<bool>,
     /// The objects that are never culled.
     never_culled: Vec<u32>,
+    /// What of them is worth drawing, once somebody wants to know.
+    fitness: OnceLock<OccluderFitness>,
 }
 
 impl Occluders {
@@ -38,7 +46,39 @@ impl Occluders {
             is_all: scene.objects().iter().map(is_all).collect(),
             triangles: scene.objects().iter().map(triangles).collect(),
             clusters,
+            fitness: OnceLock::new(),
         }
+    }
+
+    /// Finds out what settings ask of a scene's objects, on the current threads.
+    pub fn prepare_for(&self, scene: &Scene, settings: &Settings) {
+        if asks_for_fitness(settings) {
+            let find = || OccluderFitness::new(scene, &self.clusters);
+            self.fitness.get_or_init(find);
+        }
+    }
+
+    /// Whether an object is among those that may be occluders by settings that are prepared for.
+    pub fn is_candidate(&self, object: u32, settings: &Settings) -> bool {
+        if self.triangles_of(object) == 0 {
+            return false;
+        }
+        match self.fitness.get() {
+            Some(fitness) if asks_for_fitness(settings) => {
+                let is_by_weight = settings.occluders == Selection::Weight;
+                fitness.is_fit(object, settings.static_criteria)
+                    && !(is_by_weight
+                        && fitness.compactness(object) < settings.weighing.least_compactness)
+            }
+            _ => true,
+        }
+    }
+
+    /// The direction across the largest face of an object, in the world; zero if it has none, or nobody prepared for the question.
+    pub fn across_largest_face(&self, object: u32) -> DVec3 {
+        self.fitness
+            .get()
+            .map_or(DVec3::ZERO, |fitness| fitness.across_largest_face(object))
     }
 
     /// How many triangles an object puts in the way as an occluder; 0 if it is none.
@@ -61,8 +101,32 @@ impl Occluders {
         &self.clusters
     }
 
+    /// A memory of given clusters, as if a frame had needed them; those of objects that do not occlude are left out.
+    ///
+    /// # Panics
+    /// If there is no such object or cluster.
+    pub fn remembered(&self, scene: &Scene, clusters: &[ClusterId]) -> Contributions {
+        let mut given = Contributions::default();
+        for &id in clusters {
+            let object = &scene.objects()[id.object as usize];
+            if let Some(mesh) = self.mesh_of(object) {
+                let cluster = &mesh.clusters()[id.cluster as usize];
+                given.needed(id, u32::from(cluster.triangle_count), 0);
+            }
+        }
+        given.end_frame();
+        given
+    }
+
     /// What an object is drawn as; none if it is no occluder.
     pub fn mesh_of(&self, object: &Object) -> Option<&ClusteredMesh> {
         self.clusters.occluder(object)
     }
+}
+
+/// Whether settings choose occluders by what they are. By contribution it is found out what they hide.
+fn asks_for_fitness(settings: &Settings) -> bool {
+    settings.occluders != Selection::Contribution
+        && (settings.static_criteria != StaticCriteria::NONE
+            || settings.occluders == Selection::Weight)
 }

@@ -76,6 +76,9 @@ pub fn draw_waiting(
     };
     let mut is_first = true;
     loop {
+        if frame.is_time_over() {
+            return false;
+        }
         let left = frame
             .settings
             .budget

@@ -8,7 +8,6 @@ use antumbra_simd::vertex::ScreenTransform;
 use glam::DAffine3;
 
 use super::{Frame, grow, share_of};
-use crate::occluders::Budget;
 use crate::occlusion::{Footprint, OcclusionBuffer, SampleRect, Screen};
 use crate::prepare::{CLUSTER_COST, Cluster, ClusterId, NormalCone};
 use crate::scene::is_mirroring;
@@ -448,7 +447,7 @@ fn done_of(done: &[ClusterId], object: u32) -> &[ClusterId] {
 
 /// Whether a cluster may hide enough for what drawing it costs, if the budget is chosen by that.
 fn is_promising(frame: &Frame<'_>, cluster: &Cluster, footprint: Footprint) -> bool {
-    if frame.settings.budget != Budget::Auto {
+    if !frame.settings.budget.is_for_what_pays() {
         return true;
     }
     match footprint {

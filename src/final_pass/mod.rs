@@ -13,4 +13,4 @@ mod surfaces;
 
 pub use image::{Image, render_image};
 pub use overlay::{PictureFrame, overlay_image};
-pub use pixels::{Fragment, draw_objects};
+pub use pixels::{Fragment, draw_objects, draw_placed};

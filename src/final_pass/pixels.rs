@@ -3,10 +3,11 @@
 //! Coverage and depth come from the same code as the occluders' (see [`crate::raster`]), so a surface lies at the same
 //! samples and depths in both passes.
 
+use glam::DAffine3;
 use rayon::prelude::*;
 
 use crate::raster::{ObjectAssembler, ObjectTriangle, for_each_sample};
-use crate::scene::{Material, Scene};
+use crate::scene::{Material, Mesh, Scene};
 use crate::view::{Camera, PictureSize};
 
 /// Rows of pixels that one thread draws at a time: whole tiles.
@@ -42,13 +43,29 @@ pub fn draw_objects<'a, P: Send>(
     pixels: &mut [P],
     write: impl Fn(&mut P, Fragment<'a>) + Sync,
 ) {
+    let placed = |object: u32| {
+        let object = &scene.objects()[object as usize];
+        (&scene.meshes()[object.mesh], &object.world_from_local)
+    };
+    draw_placed(placed, camera, size, objects, wanted, pixels, write);
+}
+
+/// The same for meshes that need not be a scene's: `placed` says what an object is drawn as, and where it stands.
+///
+/// # Panics
+/// If `pixels` is not of the picture's size.
+pub fn draw_placed<'a, P: Send>(
+    placed: impl Fn(u32) -> (&'a Mesh, &'a DAffine3) + Sync,
+    camera: &Camera,
+    size: PictureSize,
+    objects: &[u32],
+    wanted: impl Fn(&Material) -> bool + Sync,
+    pixels: &mut [P],
+    write: impl Fn(&mut P, Fragment<'a>) + Sync,
+) {
     assert_eq!(pixels.len(), size.width() * size.height());
     let assembler = ObjectAssembler::new(*camera, size);
-    let triangles_of = |object: u32| {
-        scene.meshes()[scene.objects()[object as usize].mesh]
-            .triangles
-            .len()
-    };
+    let triangles_of = |object: u32| placed(object).0.triangles.len();
     let mut rest = objects;
     while !rest.is_empty() {
         let mut triangles = 0;
@@ -65,10 +82,9 @@ pub fn draw_objects<'a, P: Send>(
             .map_init(
                 || assembler.clone(),
                 |assembler, &object| {
-                    let placed = &scene.objects()[object as usize];
+                    let (mesh, world_from_local) = placed(object);
                     let mut triangles = Vec::new();
-                    let mesh = &scene.meshes()[placed.mesh];
-                    assembler.assemble(mesh, &placed.world_from_local, &wanted, |t| {
+                    assembler.assemble(mesh, world_from_local, &wanted, |t| {
                         triangles.push(t);
                     });
                     triangles

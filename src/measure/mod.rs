@@ -2,9 +2,11 @@
 //!
 //! Every frame of a camera path is culled and timed, and judged against an exact [`Reference`]: the object-id picture
 //! of the whole scene at final size. Two yardsticks, the ideal box test and the ideal face test (`ideal`), say how
-//! many of the hidden objects a perfect test of bounding boxes would have found.
+//! many of the hidden objects a perfect test of bounding boxes would have found. A third, the [`Oracle`], says how few
+//! triangles would have done.
 
 mod ideal;
+mod oracle;
 mod reference;
 mod report;
 mod run;
@@ -12,8 +14,9 @@ mod schedule;
 mod sweep;
 
 pub use ideal::{ExactDepths, ideal_box_test, ideal_face_test};
+pub use oracle::{Oracle, Owner, within};
 pub use reference::Reference;
 pub use report::{FrameReport, Report, SceneReport, SettingsReport, TimesUs, Totals};
 pub use run::{MeasureSettings, run};
 pub use schedule::{Prediction, SIMULATED_THREADS, Simulated, Simulation, makespan};
-pub use sweep::{Sweep, SweepPoint, SweepSettings, sweep};
+pub use sweep::{ORACLE, Sweep, SweepPoint, SweepSettings, SweptWith, sweep};

@@ -47,6 +47,14 @@ pub struct SettingsReport {
     pub occluders: String,
     /// Occluder triangles, or `all`.
     pub budget: String,
+    /// What makes objects unfit to be occluders, with commas between, or `none`.
+    pub static_criteria: String,
+    /// By weight: the least compactness of a candidate.
+    pub least_compactness: f32,
+    /// By weight: how many objects are active, or null.
+    pub most_active: Option<u32>,
+    /// By what was visible: how many frames back.
+    pub frames_back: u32,
     /// Whether each frame starts without memory of the last.
     pub cold: bool,
     /// The depth representation.

@@ -92,6 +92,9 @@ fn describe(culler: &Culler, settings: &MeasureSettings) -> SettingsReport {
         accuracy,
         occluders,
         budget,
+        static_criteria,
+        weighing,
+        frames_back,
         level,
         ..
     } = *culler.settings();
@@ -107,6 +110,10 @@ fn describe(culler: &Culler, settings: &MeasureSettings) -> SettingsReport {
         hole,
         occluders: occluders.to_string(),
         budget: budget.to_string(),
+        static_criteria: static_criteria.to_string(),
+        least_compactness: weighing.least_compactness,
+        most_active: weighing.most_active,
+        frames_back: frames_back.count(),
         cold: settings.cold,
         depth: "no-background".into(),
         map_scale: 1,

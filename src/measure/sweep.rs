@@ -1,15 +1,21 @@
 //! What each way to choose occluders hides, for what budget.
 //!
-//! Every frame is drawn exactly once, and culled with every selection and budget.
+//! Every frame is drawn exactly once, and culled with every selection and budget; and once more behind the clusters that an
+//! [`Oracle`] names, which own the most pixels of that frame for their triangles.
 
 use rayon::ThreadPoolBuildError;
 use serde::Serialize;
 
 use super::Reference;
+use super::oracle::{Oracle, Owner, within};
 use crate::cull::{Culler, Settings, VisibleSet};
 use crate::occluders::{Budget, Selection};
+use crate::occlusion::Accuracy;
 use crate::prepare::Prepared;
-use crate::view::CameraPath;
+use crate::view::{Camera, CameraPath};
+
+/// What the clusters that own the most pixels go by in place of a selection's name.
+pub const ORACLE: &str = "oracle";
 
 /// A frame's time is the least of so many repeats.
 const REPEATS: usize = 3;
@@ -28,7 +34,7 @@ pub struct SweepSettings {
 /// What came of one selection with one budget: means over the judged frames.
 #[derive(Clone, Debug, Serialize)]
 pub struct SweepPoint {
-    /// The selection.
+    /// The selection, or [`ORACLE`].
     pub occluders: String,
     /// Triangles, `auto` or `all`.
     pub budget: String,
@@ -36,10 +42,27 @@ pub struct SweepPoint {
     pub occluder_triangles: f64,
     /// Culled of the exactly hidden; 1 if nothing is hidden.
     pub culled_of_hidden: f64,
-    /// Microseconds a frame.
+    /// Microseconds a frame; of the oracle, without finding out which clusters own pixels.
     pub time_us: f64,
     /// Exactly visible objects that were culled, in all frames.
     pub false_culls: u64,
+}
+
+/// The settings that all points share.
+#[derive(Clone, Debug, Serialize)]
+pub struct SweptWith {
+    /// Pixels across and down.
+    pub size: [usize; 2],
+    /// Threads.
+    pub threads: usize,
+    /// The instruction set.
+    pub simd: String,
+    /// `exact` or `approximate`.
+    pub accuracy: String,
+    /// Uncovered pixels ignored in any window of a tile's size.
+    pub hole: u32,
+    /// Every how many frames one is judged.
+    pub every: usize,
 }
 
 /// Everything that was swept over.
@@ -49,9 +72,11 @@ pub struct Sweep {
     pub objects: u64,
     /// Triangles of the scene, a shared mesh counted for each object.
     pub triangles: u64,
+    /// How it was culled.
+    pub settings: SweptWith,
     /// Judged frames.
     pub frames: usize,
-    /// Selection by selection, from the smallest budget to none.
+    /// Selection by selection and the oracle last, each from the smallest budget to none.
     pub points: Vec<SweepPoint>,
 }
 
@@ -77,26 +102,41 @@ pub fn sweep(
         let budgets = settings.budgets.iter().copied().map(Budget::Triangles);
         let auto = (occluders == Selection::Contribution).then_some(Budget::Auto);
         for budget in budgets.chain(auto).chain([Budget::All]) {
-            runs.push(Run::new(&first, occluders, budget)?);
+            let settings = Settings {
+                occluders,
+                budget,
+                ..settings.cull
+            };
+            runs.push(Run::new(occluders.name(), first.another(settings)?));
         }
     }
+    let budgets = settings.budgets.iter().copied().map(Budget::Triangles);
+    for budget in budgets.chain([Budget::All]) {
+        let settings = Settings {
+            budget,
+            ..settings.cull
+        };
+        runs.push(Run::new(ORACLE, first.another(settings)?));
+    }
+    let oracle = Oracle::new(scene, first.clusters());
     let cameras = path.cameras();
     on_frame(0, cameras.len());
     let (mut frames, mut hidden) = (0, 0);
     for (number, camera) in cameras.iter().enumerate() {
         if number % every != 0 {
-            runs.iter_mut().for_each(|run| {
+            for run in runs.iter_mut().filter(|run| run.name != ORACLE) {
                 run.culler.cull_into(camera, &mut run.found);
-            });
+            }
         } else {
             let reference = Reference::new(scene, camera, settings.cull.size);
             let in_frustum = first.in_frustum(camera);
             let is_hidden = |object: &&u32| !reference.is_visible(**object);
             let of_frame: Vec<u32> = in_frustum.iter().filter(is_hidden).copied().collect();
+            let owners = oracle.owners(camera, settings.cull.size);
             frames += 1;
             hidden += of_frame.len() as u64;
             for run in &mut runs {
-                run.judge(camera, &reference, &of_frame);
+                run.judge(camera, &reference, &owners, &of_frame);
             }
         }
         on_frame(number + 1, cameras.len());
@@ -104,13 +144,37 @@ pub fn sweep(
     Ok(Sweep {
         objects: scene.objects().len() as u64,
         triangles: scene.triangle_count(),
+        settings: shared(settings, first.threads()),
         frames,
         points: runs.iter().map(|run| run.point(frames, hidden)).collect(),
     })
 }
 
+fn shared(settings: &SweepSettings, threads: usize) -> SweptWith {
+    let Settings {
+        size,
+        accuracy,
+        level,
+        ..
+    } = settings.cull;
+    let (accuracy, hole) = match accuracy {
+        Accuracy::Exact => ("exact", 0),
+        Accuracy::Approximate { hole } => ("approximate", hole),
+    };
+    SweptWith {
+        size: [size.width(), size.height()],
+        threads,
+        simd: level.to_string(),
+        accuracy: accuracy.into(),
+        hole,
+        every: settings.every.max(1),
+    }
+}
+
 /// A culler, and what came of its frames.
 struct Run {
+    /// Of its selection, or [`ORACLE`].
+    name: &'static str,
     culler: Culler,
     found: VisibleSet,
     triangles: u64,
@@ -120,32 +184,29 @@ struct Run {
 }
 
 impl Run {
-    fn new(
-        first: &Culler,
-        occluders: Selection,
-        budget: Budget,
-    ) -> Result<Run, ThreadPoolBuildError> {
-        let settings = Settings {
-            occluders,
-            budget,
-            ..*first.settings()
-        };
-        Ok(Run {
-            culler: first.another(settings)?,
+    fn new(name: &'static str, culler: Culler) -> Run {
+        Run {
+            name,
+            culler,
             found: VisibleSet::default(),
             triangles: 0,
             culled: 0,
             false_culls: 0,
             time_us: 0.0,
-        })
+        }
     }
 
-    fn judge(&mut self, camera: &crate::view::Camera, reference: &Reference, hidden: &[u32]) {
+    fn judge(&mut self, camera: &Camera, reference: &Reference, owners: &[Owner], hidden: &[u32]) {
         let before = self.culler.remembered().clone();
         let mut least = f64::INFINITY;
         for _ in 0..REPEATS {
-            self.culler.recall(&before);
-            self.culler.cull_into(camera, &mut self.found);
+            if self.name == ORACLE {
+                let best = within(self.culler.settings().budget, owners);
+                self.culler.cull_behind(camera, &best, &mut self.found);
+            } else {
+                self.culler.recall(&before);
+                self.culler.cull_into(camera, &mut self.found);
+            }
             least = least.min(self.found.times.total().as_nanos() as f64 / 1000.0);
         }
         let survives = |object: &u32| self.found.visible.binary_search(object).is_ok();
@@ -162,7 +223,7 @@ impl Run {
         let settings = self.culler.settings();
         let frames = frames.max(1) as f64;
         SweepPoint {
-            occluders: settings.occluders.to_string(),
+            occluders: self.name.to_owned(),
             budget: settings.budget.to_string(),
             occluder_triangles: self.triangles as f64 / frames,
             culled_of_hidden: if hidden == 0 {

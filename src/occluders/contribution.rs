@@ -47,6 +47,8 @@ enum Fate {
     LeftOut,
     /// It was to be drawn, but is outside the picture or hidden.
     Hidden,
+    /// There was no time to find out.
+    Untried,
     /// It was drawn.
     Drawn,
 }
@@ -126,6 +128,16 @@ impl Contributions {
         known.value += gain * PARTS_OF_SAMPLE;
     }
 
+    /// Notes that there was no time to draw all that was chosen, nor to find out what is missed of what was left out: what was not
+    /// drawn fades away like the rest, instead of being forgotten at once.
+    pub fn keep_untried(&mut self) {
+        for known in &mut self.known {
+            if known.fate != Fate::Drawn {
+                known.fate = Fate::Untried;
+            }
+        }
+    }
+
     /// Remembers a cluster that was drawn and needed, but not chosen.
     pub fn needed(&mut self, id: ClusterId, triangles: u32, gain: u32) {
         let stagger = (id.object ^ id.cluster) % STAGGER;
@@ -158,7 +170,7 @@ impl Contributions {
                     last_hold: hold,
                     ..again
                 });
-            } else if known.fate == Fate::Drawn && known.value > 0 {
+            } else if matches!(known.fate, Fate::Drawn | Fate::Untried) && known.value > 0 {
                 let value = known.value / 2;
                 self.merged.push(Known { value, ..known });
             }
@@ -220,6 +232,25 @@ mod tests {
         memory.choose(Budget::Auto, &mut Vec::new());
         memory.end_frame();
         assert!(memory.is_empty());
+    }
+
+    #[test]
+    fn what_had_no_turn_fades_away() {
+        let mut memory = Contributions::default();
+        for object in [0, 8] {
+            memory.needed(id(object), 2, 100);
+        }
+        memory.end_frame();
+        let mut frames = 0;
+        while !memory.is_empty() {
+            let mut chosen = Vec::new();
+            memory.choose(Budget::Auto, &mut chosen);
+            memory.keep_untried();
+            memory.end_frame();
+            frames += 1;
+        }
+        // 100 samples are 1,600 parts.
+        assert_eq!(frames, 11 + 1);
     }
 
     #[test]

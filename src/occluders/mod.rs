@@ -1,6 +1,7 @@
 //! Which objects to draw as occluders this frame, and in which order.
 
 use std::fmt;
+use std::time::Duration;
 
 mod contribution;
 mod last_frame;
@@ -11,11 +12,11 @@ mod weight;
 mod z_plane;
 
 pub use contribution::Contributions;
-pub use last_frame::LastFrame;
+pub use last_frame::{FramesBack, LastFrame};
 pub use nearest::{distance_keys, object_of, sort_nearest};
 pub use promise::keep_promising;
 pub use solid_angle::solid_angle_keys;
-pub use weight::weight_keys;
+pub use weight::{Weighing, keep_active, weight_keys};
 pub use z_plane::z_plane_keys;
 
 use crate::prepare::ClusterId;
@@ -49,6 +50,10 @@ pub enum Budget {
     Auto,
     /// Candidates are drawn in order for as long as they fit (HOM §7.3.2).
     Triangles(u64),
+    /// As many as pay, until so much time has gone by since the frame began. This is the one setting by which a result depends on
+    /// the machine, and on what else it does: how much is culled, never whether that is right. The time is looked at between
+    /// batches and rounds, so that what is begun is finished; what is left is asking, which takes its time besides.
+    Time(Duration),
 }
 
 /// How occluders are chosen.
@@ -60,9 +65,9 @@ pub enum Selection {
     ZPlane,
     /// Those that look largest.
     SolidAngle,
-    /// Those that are large, near and turned towards the eye (LOD §5.2).
+    /// Those that fill their boxes, are large, near and turned towards the eye (LOD §5.1, §5.2): see [`Weighing`].
     Weight,
-    /// Of those that were visible in the last frame, the nearest (GW §5.2).
+    /// Of those that were visible in the last frame or the one before, the nearest (GW §5.2): see [`FramesBack`].
     PreviousVisible,
     /// The nearest of those and of what has entered the frustum (HOM §7.4, equation 7.1).
     Coherent,
@@ -116,6 +121,7 @@ impl fmt::Display for Budget {
             Budget::All => f.pad("all"),
             Budget::Auto => f.pad("auto"),
             Budget::Triangles(triangles) => write!(f, "{triangles}"),
+            Budget::Time(time) => write!(f, "{}us", time.as_nanos() as f64 / 1000.0),
         }
     }
 }
@@ -141,8 +147,21 @@ impl Budget {
     /// How many triangles more may be drawn after so many.
     pub fn left(self, drawn: u64) -> u64 {
         match self {
-            Budget::All | Budget::Auto => u64::MAX,
+            Budget::All | Budget::Auto | Budget::Time(_) => u64::MAX,
             Budget::Triangles(most) => most.saturating_sub(drawn),
+        }
+    }
+
+    /// Whether only what pays is drawn.
+    pub fn is_for_what_pays(self) -> bool {
+        matches!(self, Budget::Auto | Budget::Time(_))
+    }
+
+    /// After how much time of a frame no more is drawn.
+    pub fn time(self) -> Option<Duration> {
+        match self {
+            Budget::Time(time) => Some(time),
+            Budget::All | Budget::Auto | Budget::Triangles(_) => None,
         }
     }
 }

@@ -4,7 +4,8 @@
 //! it is worth asking. `partition` decides which triangles stand together, by what it takes to draw them (`cost`);
 //! [`ClusteredMesh`] (`clusters`) lays them out for vector loops, [`NormalCone`] (`normal_cone`) tells when a whole
 //! cluster looks away from the eye, and [`ClusteredScene`] (`clustered_scene`) holds the clusters of every mesh that
-//! occludes, once however many objects share it.
+//! occludes, once however many objects share it. [`OccluderFitness`] (`fitness`) says which objects are worth drawing as
+//! occluders at all.
 //!
 //! [`VisibilityGrid`] (`visibility_grid`, and `visibility_bytes`) says which clusters are seen from where, if somebody had it made.
 //!
@@ -19,6 +20,7 @@ mod cluster_tree;
 mod clustered_scene;
 mod clusters;
 mod cost;
+mod fitness;
 mod likeness;
 mod local_box;
 mod normal_cone;
@@ -37,6 +39,7 @@ pub use clusters::{
     Cluster, ClusterGeometry, ClusterId, ClusteredMesh, TRIANGLES_PER_CLUSTER, VERTEX_BLOCK,
     VERTICES_PER_CLUSTER,
 };
+pub use fitness::{OccluderFitness, StaticCriteria};
 pub use normal_cone::NormalCone;
 pub use prepared::Prepared;
 pub use visibility_grid::{

@@ -402,26 +402,19 @@ fn a_grid_of_another_scene_is_refused() {
 fn a_grid_is_made_and_used_on_the_command_line() {
     let folder = cli::Folder::new("sampling").with_scene();
     let (scene, path) = (folder.file("yard.obj"), folder.file("yard.path.json"));
-    let grid = folder.file("yard.grid");
-    let made = cli::succeed(&["prepare-grid", &scene, "--spacing", "1.5", "-o", &grid]);
-    assert!(cli::stdout(&made).contains("viewpoints"));
-    let boxed = [
-        "prepare-grid",
-        &scene,
-        "--viewpoints",
-        "5",
-        "--grid-box",
-        "-1,0,5,1,2,9",
-        "-o",
-    ];
-    let made = cli::succeed(&[&boxed[..], &[&folder.file("box.grid")]].concat());
+    let (whole, boxed) = (folder.file("yard.antumbra"), folder.file("box.antumbra"));
+    let made = cli::succeed(&["prepare", &scene, "--grid-spacing", "1.5", "-o", &whole]);
+    assert!(cli::stdout(&made).contains("viewpoints, 1.500 apart"));
+    let wanted = ["prepare", &scene, "--visibility-grid", "5"];
+    let within = ["--grid-box", "-1,0,5,1,2,9", "-o", &boxed];
+    let made = cli::succeed(&[wanted, within].concat());
     assert!(!cli::stdout(&made).contains(" 0 clusters"));
-    let measure = ["measure", &scene, "--path", &path, "--size", "320x192"];
-    let with = ["--occluders", "sampled", "--visibility-grid", &grid];
-    let report = cli::succeed(&[&measure[..], &with].concat());
-    assert!(cli::stdout(&report).contains("false culls: 0; wrong pixels: 0"));
-    std::fs::write(&grid, "nothing of the sort").expect("written");
-    let refused = cli::antumbra(&[&measure[..], &with].concat());
+    for archive in [&whole, &boxed] {
+        let measure = ["measure", archive, "--path", &path, "--size", "320x192"];
+        let report = cli::succeed(&[&measure[..], &["--occluders", "sampled"]].concat());
+        assert!(cli::stdout(&report).contains("false culls: 0; wrong pixels: 0"));
+    }
+    let refused = cli::antumbra(&["prepare", &scene, "--grid-spacing", "0", "-o", &boxed]);
     assert_eq!(refused.status.code(), Some(1));
-    assert!(cli::stderr(&refused).contains("yard.grid: cannot be used"));
+    assert!(cli::stderr(&refused).contains("spacing"));
 }

@@ -13,6 +13,7 @@ use antumbra_simd::vertex::ScreenTransform;
 use glam::DAffine3;
 
 use super::Frame;
+use super::waiting::is_promising;
 use crate::cull::Level;
 use crate::occluders::DrawnCluster;
 use crate::occlusion::{Footprint, SampleRect, Screen};
@@ -43,6 +44,9 @@ pub struct Cover {
     /// The place of its object.
     place: usize,
 }
+
+/// A budget that is chosen by what pays draws nothing of an object with fewer samples a triangle.
+const FEWEST_SAMPLES_A_TRIANGLE: u32 = 4;
 
 /// How much an object may cover for what it costs to draw: samples a triangle.
 fn worth(footprint: Footprint, triangles: u32) -> u32 {
@@ -212,10 +216,14 @@ impl Covers {
         self.of_objects.clear();
         self.placed.clear();
         self.keys.clear();
+        let least = match frame.settings.budget.is_for_what_pays() {
+            true => FEWEST_SAMPLES_A_TRIANGLE,
+            false => 0,
+        };
         for (place, &(object, footprint)) in (0..).zip(objects) {
             let triangles = frame.occluders.triangles_of(object);
-            if triangles > 0 {
-                let worth = worth(footprint, triangles);
+            let worth = worth(footprint, triangles.max(1));
+            if triangles > 0 && worth >= least {
                 self.keys.push(u64::from(!worth) << 32 | place);
             }
         }
@@ -319,7 +327,9 @@ impl Covers {
                 screen.footprints_of_local_boxes(level, place, bounds, bounds_of_it, footprints);
                 self.footprints[0]
             };
-            if may_cover(footprint, sample) {
+            if may_cover(footprint, sample)
+                && is_promising(frame, &clusters[cluster as usize], footprint)
+            {
                 return Some(Cover {
                     id,
                     triangles: u32::from(clusters[cluster as usize].triangle_count),

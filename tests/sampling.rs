@@ -414,6 +414,9 @@ fn a_grid_is_made_and_used_on_the_command_line() {
         let report = cli::succeed(&[&measure[..], &["--occluders", "sampled"]].concat());
         assert!(cli::stdout(&report).contains("false culls: 0; wrong pixels: 0"));
     }
+    let measure = ["measure", &scene, "--path", &path, "--size", "320x192"];
+    let without = cli::succeed(&[&measure[..], &["--occluders", "sampled"]].concat());
+    assert!(cli::stderr(&without).contains("--visibility-grid"));
     let refused = cli::antumbra(&["prepare", &scene, "--grid-spacing", "0", "-o", &boxed]);
     assert_eq!(refused.status.code(), Some(1));
     assert!(cli::stderr(&refused).contains("spacing"));

@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 
 use antumbra::measure::{MeasureSettings, Prediction, Report, run};
+use antumbra::occluders::Selection;
 use clap::Args;
 
 use super::failure::Failure;
 use super::options::{CullOptions, FrameOptions, OccluderOptions, load_path, load_scene};
-use super::output::{count_of, percent, say};
+use super::output::{self, count_of, percent, say};
 use super::progress;
 use super::render::{file_name, no_threads};
 
@@ -19,6 +20,9 @@ Examples:
       the same as JSON alone on stdout, for scripts
   antumbra measure castle.glb --path castle.path.json --cold --every 6 --simulate-threads
       also what 2 to 64 threads would make of it, and what keeps them from doing better";
+
+const NO_GRID: &str = "no visibility was sampled of this scene, so the nearest occluders are drawn; \
+                       make an archive with `antumbra prepare --visibility-grid`";
 
 /// Judge culling against an exact picture of the whole scene, frame by frame
 #[derive(Debug, Args)]
@@ -72,6 +76,10 @@ impl Measure {
         };
         let path = load_path(&self.path)?;
         let prepared = load_scene(&self.scene)?;
+        let takes_samples = settings.cull.occluders == Selection::Sampled;
+        if takes_samples && prepared.visibility_grid().is_none() {
+            output::complain("warning", NO_GRID);
+        }
         let bar = progress::bar("measuring", 0);
         let report = run(&prepared, &path, &settings, |done, all| {
             bar.set_length(all as u64);

@@ -114,6 +114,9 @@ fn describe(culler: &Culler, settings: &MeasureSettings) -> SettingsReport {
         least_compactness: weighing.least_compactness,
         most_active: weighing.most_active,
         frames_back: frames_back.count(),
+        viewpoints: culler
+            .visibility_grid()
+            .map_or(0, |grid| grid.layout().viewpoints()),
         cold: settings.cold,
         depth: "no-background".into(),
         map_scale: 1,

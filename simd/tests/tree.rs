@@ -69,7 +69,7 @@ fn a_ray_finds_what_it_may_meet() {
             .map(|i| {
                 let along = 8.0 * i as f64 / count as f64 - 4.0;
                 let min = [along, chance.real(-4.0, 4.0), chance.real(1.5, 9.0)];
-                let size = [0, 1, 2].map(|_| chance.real(0.0, 1.5).max(0.2) - 0.2);
+                let size = [0, 1, 2].map(|_| chance.real(0.0, 3.0).max(0.3) - 0.3);
                 let max: [f64; 3] = std::array::from_fn(|axis| min[axis] + size[axis]);
                 (min.map(|v| v as f32), max.map(|v| v as f32))
             })
@@ -81,7 +81,7 @@ fn a_ray_finds_what_it_may_meet() {
         };
         let screen = [PERSPECTIVE, ORTHOGRAPHIC][round % 2];
         let rays = Rays::new(&screen);
-        for _ in 0..20 {
+        for _ in 0..60 {
             let sample = [0, 1].map(|_| chance.whole(0, 63));
             let ray = Ray::through(&rays, [0.0; 3], sample);
             let depth = chance.real(0.05, 0.9);

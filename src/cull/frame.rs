@@ -8,7 +8,9 @@ use super::draw::{
 use super::marks::Marks;
 use super::sampled::seen_nearby;
 use super::test::{Kept, LookMemory, TestMemory, look_closely, not_hidden};
-use super::traverse::{self, FrustumMemory, TraverseMemory, hide_subtrees, not_hidden_so_far};
+use super::traverse::{
+    self, FrustumMemory, TraverseMemory, hide_subtrees, not_hidden_among, not_hidden_so_far,
+};
 use super::{Frame, Remembered, StageTimes, Statistics, VisibleSet, grow, share_of};
 use crate::occluders::{
     Budget, Contributions, DrawnCluster, Selection, distance_keys, keep_active, keep_promising,
@@ -21,6 +23,9 @@ use crate::view::{Camera, Containment, Frustum, Planes};
 /// Of so many objects, a frame that remembers nothing draws what is promising, before it closes gaps, if no grid tells what is seen
 /// from nearby.
 const FIRST_OCCLUDERS: usize = 64;
+
+/// If more than one in so many of the objects in its frustum are not hidden then, it goes on in order instead.
+const MOST_UNDECIDED: usize = 8;
 
 /// Each thread has so many tasks of finding keys,
 const KEY_TASKS_PER_THREAD: usize = 4;
@@ -216,6 +221,7 @@ impl Frame<'_> {
         } = found;
         seen.begin_frame(self.scene);
         let is_first = contributions.is_empty();
+        let sampled = is_first.then(|| seen_nearby(self, camera)).flatten();
         let mut drawn = Drawn {
             hidden: &mut memory.hidden,
             occluders,
@@ -223,7 +229,7 @@ impl Frame<'_> {
             statistics,
         };
         if is_first {
-            if let Some(seen) = seen_nearby(self, camera) {
+            if let Some(seen) = sampled {
                 clock.lap(|times| &mut times.select);
                 draw_sampled(self, seen, buffer, &mut memory.draw, &mut drawn);
             } else {
@@ -231,21 +237,11 @@ impl Frame<'_> {
                 let in_frustum = &mut memory.in_frustum;
                 traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum);
                 let candidates = self.candidates(camera, in_frustum, &mut memory.candidates);
-                keep_promising(self.scene, camera.eye(), candidates, FIRST_OCCLUDERS, |o| {
-                    self.occluders.triangles_of(o)
-                });
+                let triangles_of = |object| self.occluders.triangles_of(object);
+                let eye = camera.eye();
+                keep_promising(self.scene, eye, candidates, FIRST_OCCLUDERS, triangles_of);
                 clock.lap(|times| &mut times.select);
                 draw_occluders(self, candidates, buffer, &mut memory.draw, &mut drawn);
-            }
-            for &DrawnCluster {
-                id,
-                triangles,
-                gain,
-            } in &*drawn.occluders
-            {
-                if gain > 0 {
-                    drawn.contributions.needed(id, triangles, gain);
-                }
             }
         } else {
             draw_remembered(self, buffer, &mut memory.draw, &mut drawn);
@@ -257,13 +253,43 @@ impl Frame<'_> {
         let (undecided, kept) = (&mut memory.undecided, &mut memory.kept);
         let traverse = &mut memory.traverse;
         not_hidden_so_far(self, seen, buffer, traverse, undecided, drawn.statistics);
+        let is_open = is_first
+            && sampled.is_none()
+            && self.settings.budget.is_for_what_pays()
+            && undecided.len() * MOST_UNDECIDED > memory.in_frustum.len();
+        if is_open {
+            // So many gaps are not worth closing one by one.
+            clock.lap(|times| &mut times.test);
+            let objects = &mut memory.in_frustum;
+            objects.clear();
+            objects.extend(undecided.iter().map(|(object, _)| *object));
+            let candidates = self.candidates(camera, objects, &mut memory.candidates);
+            draw_occluders(self, candidates, buffer, &mut memory.draw, &mut drawn);
+            clock.lap(|times| &mut times.raster);
+            objects.retain(|&object| !drawn.hidden.has(object));
+            not_hidden_among(self, seen, objects, buffer, traverse, undecided);
+        }
+        if is_first {
+            for &DrawnCluster {
+                id,
+                triangles,
+                gain,
+            } in &*drawn.occluders
+            {
+                if gain > 0 {
+                    drawn.contributions.needed(id, triangles, gain);
+                }
+            }
+        }
         undecided.sort_unstable_by_key(|(object, _)| *object);
         look_closely(self, seen, undecided, buffer, &mut memory.look, kept);
         drawn.statistics.objects_tested = seen.count_in_question(undecided);
         clock.lap(|times| &mut times.test);
 
         let questions = kept.iter().filter_map(|kept| match kept.footprint {
-            Footprint::Within(rect) if !seen.is_trusted(kept.object) => Some((kept.object, rect)),
+            Footprint::Within(rect) if !is_open && !seen.is_trusted(kept.object) => {
+                Some((kept.object, rect))
+            }
             _ => None,
         });
         let draw = &mut memory.draw;

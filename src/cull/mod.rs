@@ -261,7 +261,7 @@ impl Culler {
         occluders: Arc<Occluders>,
         subtrees: Arc<Subtrees>,
     ) -> Culler {
-        pool.install(|| occluders.prepare_for(&scene, &settings));
+        occluders.prepare_for(&scene, &settings, &pool);
         Culler {
             pool: (pool.current_num_threads() > 1).then_some(pool),
             state: State {

@@ -3,6 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
+use rayon::ThreadPool;
 
 use super::Settings;
 use crate::occluders::{Contributions, Selection};
@@ -50,11 +51,13 @@ impl Occluders {
         }
     }
 
-    /// Finds out what settings ask of a scene's objects, on the current threads.
-    pub fn prepare_for(&self, scene: &Scene, settings: &Settings) {
-        if asks_for_fitness(settings) {
-            let find = || OccluderFitness::new(scene, &self.clusters);
-            self.fitness.get_or_init(find);
+    /// Finds out what settings ask of a scene's objects. The pool is only entered if they ask for something: a thread of another
+    /// pool would take up other work while it waits, which may be to make another culler.
+    pub fn prepare_for(&self, scene: &Scene, settings: &Settings, pool: &ThreadPool) {
+        if asks_for_fitness(settings) && self.fitness.get().is_none() {
+            let fitness = pool.install(|| OccluderFitness::new(scene, &self.clusters));
+            // If another was quicker, it found the same.
+            let _ = self.fitness.set(fitness);
         }
     }
 

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::marks::Marks;
 use super::seen::Seen;
-use super::{Frame, Statistics, grow};
+use super::{Frame, Statistics, grow, share_of};
 use crate::occlusion::{Footprint, OcclusionBuffer};
 use crate::scene::{BvhNode, Scene};
 use crate::tasks::Work;
@@ -266,6 +266,35 @@ pub fn not_hidden_so_far(
     for look in look(frame, Some(seen), buffer, memory) {
         statistics.nodes_tested += look.tested;
         statistics.nodes_hidden += look.hidden.len() as u64;
+        undecided.extend_from_slice(&look.undecided);
+    }
+}
+
+/// The same among given objects.
+pub fn not_hidden_among(
+    frame: &Frame<'_>,
+    seen: &Seen,
+    objects: &[u32],
+    buffer: &OcclusionBuffer,
+    memory: &mut TraverseMemory,
+    undecided: &mut Vec<(u32, Footprint)>,
+) {
+    let frustum = Frustum::new(buffer.screen().camera(), frame.settings.size);
+    let share = match frame.tasks.threads() {
+        1 => objects.len().max(1),
+        threads => objects.len().div_ceil(LOOKS_PER_THREAD * threads).max(1),
+    };
+    let count = objects.len().div_ceil(share);
+    grow(&mut memory.looks, count);
+    let looks = &mut memory.looks[..count];
+    frame.tasks.each(Work::Look, looks, |task, look| {
+        look.begin(None);
+        look.objects
+            .extend_from_slice(share_of(objects, share, task));
+        look.ask_objects(frame, seen, &frustum, buffer);
+    });
+    undecided.clear();
+    for look in looks {
         undecided.extend_from_slice(&look.undecided);
     }
 }

@@ -202,6 +202,7 @@ impl ClusteredMesh {
                 .collect();
             parts.iter().for_each(|part| clustered.append(part));
         }
+        clustered.shrink();
         clustered.grow_tree();
         clustered
     }
@@ -277,6 +278,15 @@ impl ClusteredMesh {
     /// How many triangles all clusters have.
     pub fn triangle_count(&self) -> usize {
         self.triangle_count
+    }
+
+    /// Gives back what vectors have grown too far.
+    fn shrink(&mut self) {
+        self.clusters.shrink_to_fit();
+        for axis in [&mut self.x, &mut self.y, &mut self.z] {
+            axis.to_mut().shrink_to_fit();
+        }
+        self.quads.to_mut().shrink_to_fit();
     }
 
     /// Builds the hierarchy over the clusters, when all are there.

@@ -359,6 +359,39 @@ fn a_budget_of_time_loses_culling_and_nothing_else() {
     assert!(with_time_enough > 100, "{with_time_enough}");
 }
 
+/// What a pass is missing for is kept, and never anything lost.
+#[test]
+fn fewer_passes_lose_culling_and_nothing_else() {
+    let size = PictureSize::new(120, 90).unwrap();
+    let kept = [1, 2, 3, u32::MAX].map(|most_passes| {
+        let mut chance = Chance::seeded(84);
+        let (mut kept, mut passes) = (0, 0);
+        for _ in 0..12 {
+            let scene = Arc::new(any_scene(&mut chance, DVec3::ZERO, 80));
+            let settings = Settings {
+                most_passes,
+                ..settings(size)
+            };
+            let mut culler = Culler::new(scene.clone(), settings).unwrap();
+            let mut camera = worlds::camera(&mut chance, DVec3::ZERO, 12.0);
+            for view in 0..8 {
+                let found = culler.cull(&camera);
+                let what = format!("{most_passes} passes, view {view}");
+                check(&culler, &camera, &found, &what);
+                assert!(found.statistics.passes < u64::from(most_passes));
+                kept += found.visible.len();
+                passes += found.statistics.passes;
+                camera = stepped(&mut chance, &camera);
+            }
+        }
+        assert_eq!(passes == 0, most_passes == 1);
+        kept
+    });
+    // One pass keeps a tenth more than as many as pay; two are nearly as good here, since they ask all once more in the end.
+    assert!(kept[0] * 10 > kept[3] * 11, "{kept:?}");
+    assert!(kept[1] * 10 < kept[0] * 9, "{kept:?}");
+}
+
 /// A wall before a crowd: inner nodes are hidden with all that is below them, but for what is never to be culled.
 #[test]
 fn a_hidden_node_ends_its_subtree_and_spares_what_is_never_culled() {

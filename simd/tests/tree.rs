@@ -67,7 +67,7 @@ fn a_ray_finds_what_it_may_meet() {
         // Along a line, so that neighbours are near each other; some are flat.
         let boxes: Boxes = (0..count)
             .map(|i| {
-                let along = 8.0 * i as f64 / count as f64 - 4.0;
+                let along = 8.0 * f64::from(i) / f64::from(count) - 4.0;
                 let min = [along, chance.real(-4.0, 4.0), chance.real(1.5, 9.0)];
                 let size = [0, 1, 2].map(|_| chance.real(0.0, 3.0).max(0.3) - 0.3);
                 let max: [f64; 3] = std::array::from_fn(|axis| min[axis] + size[axis]);

@@ -94,6 +94,11 @@ pub struct ChoiceOptions {
     /// By what was previously visible: whether in the last frame, or in the one before it (1 or 2)
     #[arg(long, value_name = "FRAMES", default_value = "1", value_parser = parse_frames_back)]
     pub frames_back: FramesBack,
+
+    /// By contribution: passes of a frame at the most: 1 draws what is remembered, 2 look again once, and so on
+    /// [default: as many as pay]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub passes: Option<u32>,
 }
 
 impl ChoiceOptions {
@@ -106,6 +111,7 @@ impl ChoiceOptions {
                 most_active: self.active,
             },
             frames_back: self.frames_back,
+            most_passes: self.passes.unwrap_or(u32::MAX),
             ..settings
         }
     }

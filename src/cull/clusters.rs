@@ -4,9 +4,10 @@
 //! are; and if all are, so is the object.
 
 use super::Frame;
+use super::waiting::facing;
 use crate::occlusion::{Footprint, OcclusionBuffer};
 use crate::prepare::{ClusterId, ClusteredMesh};
-use crate::scene::Aabb;
+use crate::scene::{Aabb, OwnBox};
 
 /// Memory that is kept from question to question.
 #[derive(Debug, Default)]
@@ -28,12 +29,12 @@ impl ClusterWalk {
         let placed = &frame.scene.objects()[object as usize];
         frame.occluders.is_all_of(object)
             && frame.occluders.mesh_of(placed).is_some_and(|mesh| {
-                mesh.clusters().len() > 1 && self.visit(frame, buffer, object, mesh, |_| false)
+                mesh.clusters().len() > 1 && self.visit(frame, buffer, object, mesh, |_, _| false)
             })
     }
 
-    /// Appends those clusters of a visible object that their boxes' rectangles do not hide, in their order. None if there is more
-    /// to the object than its clusters.
+    /// Appends those clusters of a visible object that their boxes do not hide, in their order. Whether these are all there is of the
+    /// object; if not, there are none.
     pub fn find_not_hidden(
         &mut self,
         frame: &Frame<'_>,
@@ -48,25 +49,29 @@ impl ClusterWalk {
         let Some(mesh) = frame.occluders.mesh_of(placed) else {
             return false;
         };
-        let mut push = |cluster| {
-            found.push(ClusterId { object, cluster });
-            true
-        };
         if mesh.clusters().len() == 1 {
-            return push(0);
+            found.push(ClusterId { object, cluster: 0 });
+            return true;
         }
-        self.visit(frame, buffer, object, mesh, push)
+        self.visit(frame, buffer, object, mesh, |cluster, footprint| {
+            let bounds = mesh.clusters()[cluster as usize].bounds();
+            let own = OwnBox::placed(&bounds, &placed.world_from_local);
+            if !buffer.hides_own_box(&own.shape, own.growth, footprint) {
+                found.push(ClusterId { object, cluster });
+            }
+            true
+        })
     }
 
-    /// Calls `visit` with each of an object's clusters that is not hidden, in their order, until it says that this is enough.
-    /// Whether it never did.
+    /// Calls `visit` with each of an object's clusters that may show a front and that its rectangle does not hide, in their order,
+    /// until it says that this is enough. Whether it never did.
     fn visit(
         &mut self,
         frame: &Frame<'_>,
         buffer: &OcclusionBuffer,
         object: u32,
         mesh: &ClusteredMesh,
-        mut visit: impl FnMut(u32) -> bool,
+        mut visit: impl FnMut(u32, Footprint) -> bool,
     ) -> bool {
         let ClusterWalk {
             pending,
@@ -87,13 +92,22 @@ impl ClusterWalk {
             let boxes = boxes.iter().copied();
             screen.footprints_of_local_boxes(level, &from_local, bounds, boxes, footprints);
             let first = pending.len();
-            for (child, &footprint) in children.zip(&*footprints) {
-                if footprint == Footprint::Nowhere || buffer.hides(footprint) {
+            let facing = match height {
+                0 => facing(
+                    &mesh.clusters()[children.clone()],
+                    screen.camera(),
+                    &placed.world_from_local,
+                ),
+                _ => u64::MAX,
+            };
+            for (i, (child, &footprint)) in children.zip(&*footprints).enumerate() {
+                let looks_away = facing >> i & 1 == 0;
+                if looks_away || footprint == Footprint::Nowhere || buffer.hides(footprint) {
                     continue;
                 }
                 if height > 0 {
                     pending.push((height - 1, child));
-                } else if !visit(child as u32) {
+                } else if !visit(child as u32, footprint) {
                     return false;
                 }
             }

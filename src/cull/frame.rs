@@ -256,6 +256,7 @@ impl Frame<'_> {
         let is_open = is_first
             && sampled.is_none()
             && self.settings.budget.is_for_what_pays()
+            && self.has_pass_left(0)
             && undecided.len() * MOST_UNDECIDED > memory.in_frustum.len();
         if is_open {
             // So many gaps are not worth closing one by one.
@@ -295,7 +296,7 @@ impl Frame<'_> {
         let draw = &mut memory.draw;
         draw_what_closes_gaps(self, buffer, undecided, questions, draw, &mut drawn);
         kept.retain(|kept| !drawn.hidden.has(kept.object));
-        let is_cut_short = self.is_time_over();
+        let is_cut_short = self.is_time_over() || !self.has_pass_left(drawn.statistics.passes);
         if let Budget::Triangles(_) = self.settings.budget {
             // What is left of the budget is there to be spent.
             let objects = &mut memory.in_frustum;

@@ -57,7 +57,10 @@ pub fn close_gaps(
     memory.covers.begin(frame, undecided, drawn.occluders);
     drawn.statistics.objects_in_question += memory.questions.len() as u64;
     // Each pass decides about an object or draws a cluster, and none is drawn twice.
-    while !memory.questions.is_empty() && !frame.is_time_over() {
+    while !memory.questions.is_empty()
+        && !frame.is_time_over()
+        && frame.has_pass_left(drawn.statistics.passes)
+    {
         memory.look(frame, buffer, drawn);
         if memory.looked_at.is_empty() {
             continue;

@@ -71,6 +71,9 @@ pub struct Settings {
     pub weighing: Weighing,
     /// By what was visible: in which frame.
     pub frames_back: FramesBack,
+    /// By contribution: how many passes a frame has at the most (HOM §2.1.4). One draws what is remembered, two look a second time and
+    /// draw what closes gaps, and so on; [`u32::MAX`]: as many as pay.
+    pub most_passes: u32,
     /// Threads to use; 0: as many as the machine runs at once.
     pub threads: usize,
     /// The instruction set.
@@ -88,6 +91,7 @@ impl Settings {
             static_criteria: StaticCriteria::NONE,
             weighing: Weighing::default(),
             frames_back: FramesBack::default(),
+            most_passes: u32::MAX,
             threads: 0,
             level: Level::best(),
         }
@@ -152,6 +156,11 @@ struct Frame<'a> {
 }
 
 impl Frame<'_> {
+    /// Whether another pass over gaps is allowed after so many.
+    fn has_pass_left(&self, passes: u64) -> bool {
+        passes + 1 < u64::from(self.settings.most_passes)
+    }
+
     /// Whether a budget of time is spent. Without one, no clock is looked at.
     fn is_time_over(&self) -> bool {
         self.ends.is_some_and(|ends| Instant::now() >= ends)

@@ -461,7 +461,7 @@ pub fn is_promising(frame: &Frame<'_>, cluster: &Cluster, footprint: Footprint) 
 }
 
 /// Which clusters of a placed mesh may show a front: those whose cones do not say that all of it looks away.
-fn facing(clusters: &[Cluster], camera: &Camera, world_from_local: &DAffine3) -> u64 {
+pub fn facing(clusters: &[Cluster], camera: &Camera, world_from_local: &DAffine3) -> u64 {
     let all = u64::MAX >> (u64::BITS as usize - clusters.len());
     if clusters.iter().all(|cluster| cluster.cone.is_none()) {
         return all;

@@ -55,6 +55,8 @@ pub struct SettingsReport {
     pub most_active: Option<u32>,
     /// By what was visible: how many frames back.
     pub frames_back: u32,
+    /// By contribution: how many passes a frame has at the most, or null.
+    pub most_passes: Option<u32>,
     /// How many viewpoints of sampled visibility there are; 0 if none was made.
     pub viewpoints: u64,
     /// Whether each frame starts without memory of the last.

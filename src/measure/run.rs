@@ -95,6 +95,7 @@ fn describe(culler: &Culler, settings: &MeasureSettings) -> SettingsReport {
         static_criteria,
         weighing,
         frames_back,
+        most_passes,
         level,
         ..
     } = *culler.settings();
@@ -114,6 +115,7 @@ fn describe(culler: &Culler, settings: &MeasureSettings) -> SettingsReport {
         least_compactness: weighing.least_compactness,
         most_active: weighing.most_active,
         frames_back: frames_back.count(),
+        most_passes: (most_passes < u32::MAX).then_some(most_passes),
         viewpoints: culler
             .visibility_grid()
             .map_or(0, |grid| grid.layout().viewpoints()),

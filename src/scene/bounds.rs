@@ -192,7 +192,8 @@ pub struct OwnBox {
 }
 
 impl OwnBox {
-    fn placed(local: &Aabb, world_from_local: &DAffine3) -> OwnBox {
+    /// A box in local coordinates, placed in the world.
+    pub(crate) fn placed(local: &Aabb, world_from_local: &DAffine3) -> OwnBox {
         let half = local.size() * 0.5;
         let m = world_from_local.matrix3;
         OwnBox {

@@ -13,7 +13,6 @@ use antumbra_simd::vertex::ScreenTransform;
 use glam::DAffine3;
 
 use super::Frame;
-use super::waiting::is_promising;
 use crate::cull::Level;
 use crate::occluders::DrawnCluster;
 use crate::occlusion::{Footprint, SampleRect, Screen};
@@ -45,10 +44,14 @@ pub struct Cover {
     place: usize,
 }
 
-/// A budget that is chosen by what pays draws nothing of an object with fewer samples a triangle.
-const FEWEST_SAMPLES_A_TRIANGLE: u32 = 4;
+/// How finely a surface is cut should not decide what a frame takes. So of objects with so many triangles, a budget that is chosen by
+/// what pays draws only clusters with so many samples a triangle to close a gap,
+const MANY_TRIANGLES: u32 = 4096;
+const FEWEST_SAMPLES_A_TRIANGLE: u32 = 8;
+/// and looks for them only where the whole object has so many.
+const FEWEST_OF_OBJECT: u32 = 4;
 
-/// How much an object may cover for what it costs to draw: samples a triangle.
+/// How much an object or a cluster may cover for what it costs to draw: samples a triangle.
 fn worth(footprint: Footprint, triangles: u32) -> u32 {
     let area = match footprint {
         Footprint::Nowhere => 0,
@@ -216,14 +219,12 @@ impl Covers {
         self.of_objects.clear();
         self.placed.clear();
         self.keys.clear();
-        let least = match frame.settings.budget.is_for_what_pays() {
-            true => FEWEST_SAMPLES_A_TRIANGLE,
-            false => 0,
-        };
+        let pays = frame.settings.budget.is_for_what_pays();
         for (place, &(object, footprint)) in (0..).zip(objects) {
             let triangles = frame.occluders.triangles_of(object);
             let worth = worth(footprint, triangles.max(1));
-            if triangles > 0 && worth >= least {
+            let is_fine = pays && triangles >= MANY_TRIANGLES;
+            if triangles > 0 && (!is_fine || worth >= FEWEST_OF_OBJECT) {
                 self.keys.push(u64::from(!worth) << 32 | place);
             }
         }
@@ -294,6 +295,8 @@ impl Covers {
             self.placed[place].get_or_insert_with(|| Placed::new(screen, &object.world_from_local));
         let level = frame.settings.level;
         let clusters = mesh.clusters();
+        let is_fine = frame.settings.budget.is_for_what_pays()
+            && mesh.triangle_count() >= MANY_TRIANGLES as usize;
         self.entered.clear();
         if clusters.len() == 1 {
             self.entered.push(0);
@@ -327,12 +330,13 @@ impl Covers {
                 screen.footprints_of_local_boxes(level, place, bounds, bounds_of_it, footprints);
                 self.footprints[0]
             };
+            let triangles = u32::from(clusters[cluster as usize].triangle_count);
             if may_cover(footprint, sample)
-                && is_promising(frame, &clusters[cluster as usize], footprint)
+                && (!is_fine || worth(footprint, triangles) >= FEWEST_SAMPLES_A_TRIANGLE)
             {
                 return Some(Cover {
                     id,
-                    triangles: u32::from(clusters[cluster as usize].triangle_count),
+                    triangles,
                     footprint,
                     place,
                 });

@@ -446,7 +446,7 @@ fn done_of(done: &[ClusterId], object: u32) -> &[ClusterId] {
 }
 
 /// Whether a cluster may hide enough for what drawing it costs, if the budget is chosen by that.
-pub fn is_promising(frame: &Frame<'_>, cluster: &Cluster, footprint: Footprint) -> bool {
+fn is_promising(frame: &Frame<'_>, cluster: &Cluster, footprint: Footprint) -> bool {
     if !frame.settings.budget.is_for_what_pays() {
         return true;
     }

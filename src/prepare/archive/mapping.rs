@@ -1,6 +1,6 @@
 //! An archive's bytes: the file itself, mapped into memory, or read as a whole where it cannot be.
 //!
-//! This is the only place that knows which. Mapping is the business of `mmap-io`, so that nothing here is unsafe; what it
+//! This is the only place that knows which. Mapping is the business of `mmap-io`, and all here is safe code; what that
 //! cannot promise is that nobody else changes the file, see the [module above](super).
 
 use std::fs::File;

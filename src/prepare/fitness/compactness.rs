@@ -62,6 +62,7 @@ impl BoxedMesh {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::BOX_FACES;
     use super::*;
 
     fn compactness(triangles: &[[DVec3; 3]]) -> f64 {
@@ -74,15 +75,7 @@ mod tests {
             let pick = |k: usize| if i >> k & 1 == 1 { max[k] } else { min[k] };
             DVec3::new(pick(0), pick(1), pick(2))
         };
-        let faces = [
-            [0, 2, 3, 1],
-            [4, 5, 7, 6],
-            [0, 1, 5, 4],
-            [2, 6, 7, 3],
-            [0, 4, 6, 2],
-            [1, 3, 7, 5],
-        ];
-        let halves = faces
+        let halves = BOX_FACES
             .iter()
             .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
         halves.map(|corners| corners.map(corner)).collect()

@@ -261,6 +261,16 @@ mod tests {
         numbered.map(candidate).collect()
     }
 
+    /// The corners of a box's faces, of which bit `k` says on which side along axis `k` they are.
+    pub const BOX_FACES: [[usize; 4]; 6] = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+
     fn mesh(rectangles: &[[DVec3; 4]]) -> Mesh {
         let narrow = |p: &DVec3| [p.x as f32, p.y as f32, p.z as f32];
         let positions: Vec<[f32; 3]> = rectangles.iter().flatten().map(narrow).collect();
@@ -301,15 +311,7 @@ mod tests {
                 let pick = |k: usize| if i >> k & 1 == 1 { max[k] } else { min[k] };
                 DVec3::new(pick(0), pick(1), pick(2))
             };
-            let faces = [
-                [0, 2, 3, 1],
-                [4, 5, 7, 6],
-                [0, 1, 5, 4],
-                [2, 6, 7, 3],
-                [0, 4, 6, 2],
-                [1, 3, 7, 5],
-            ];
-            mesh(&faces.map(|face| face.map(corner)))
+            mesh(&BOX_FACES.map(|face| face.map(corner)))
         };
         let meshes: Vec<Mesh> = std::iter::once(wall)
             .chain(boxes.iter().map(block))

@@ -177,6 +177,7 @@ fn rotate(matrix: &mut [[f64; 3]; 3], axes: &mut [DVec3; 3], i: usize, j: usize)
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::BOX_FACES;
     use super::*;
 
     /// The faces of a box along some axes.
@@ -185,15 +186,7 @@ mod tests {
             let sign = |k: usize| if i >> k & 1 == 1 { half[k] } else { -half[k] };
             center + axes[0] * sign(0) + axes[1] * sign(1) + axes[2] * sign(2)
         };
-        let faces = [
-            [0, 2, 3, 1],
-            [4, 5, 7, 6],
-            [0, 1, 5, 4],
-            [2, 6, 7, 3],
-            [0, 4, 6, 2],
-            [1, 3, 7, 5],
-        ];
-        let halves = faces
+        let halves = BOX_FACES
             .iter()
             .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
         halves.map(|corners| corners.map(corner)).collect()

@@ -108,7 +108,7 @@ proptest! {
 
 /// A sample that is farther than what the triangle leaves in its tile part, if there is one.
 fn nearer_than_a_sample(t: &Triangle) -> Option<(i32, i32, f32)> {
-    let part_depth = SpanPolygon::from(t).depth;
+    let part_depth = SpanPolygon::of_triangle(t, 0).depth;
     samples(t).into_iter().find(|&(x, y, depth)| {
         let first = y / PART_HEIGHT * PART_HEIGHT;
         let rows = [first.max(t.y[0]), (first + PART_HEIGHT - 1).min(t.y[1])];

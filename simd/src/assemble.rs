@@ -56,6 +56,8 @@ pub struct Drawing<'a> {
     pub width: i32,
     /// Samples down the picture.
     pub height: i32,
+    /// Sub-pixels by which polygons are pulled in: see [`Edge::moved_in`](crate::triangle::Edge::moved_in).
+    pub inset: i32,
     /// What is drawn already: small polygons that lie behind it are left out.
     pub drawn: LayeredTiles<'a>,
 }
@@ -147,6 +149,7 @@ fn assemble_plain(
             drawing.cull,
             drawing.width,
             drawing.height,
+            drawing.inset,
         ))
     };
     let mut whole = Vec::new();

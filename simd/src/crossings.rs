@@ -44,6 +44,7 @@ pub(crate) fn find_small_crossings<S: Simd>(
     x: [f32x8<S>; 4],
     y: [f32x8<S>; 4],
     turn: mask32x8<S>,
+    inset: i32,
     block: &mut SpanBlock,
 ) {
     let half = (SUBPIXELS / 2) as f32;
@@ -63,10 +64,10 @@ pub(crate) fn find_small_crossings<S: Simd>(
         ],
     );
     let mut edges = [
-        small_crossing(simd, a, b),
-        small_crossing(simd, b, c),
-        small_crossing(simd, c, d),
-        small_crossing(simd, d, a),
+        small_crossing(simd, a, b, inset),
+        small_crossing(simd, b, c, inset),
+        small_crossing(simd, c, d, inset),
+        small_crossing(simd, d, a, inset),
     ];
     sort(&mut edges);
     for (edge, crossing) in edges.iter().enumerate() {
@@ -84,12 +85,15 @@ fn small_crossing<S: Simd>(
     simd: S,
     a: [i32x8<S>; 2],
     b: [i32x8<S>; 2],
+    inset: i32,
 ) -> Crossing<f32x8<S>, mask32x8<S>> {
     let ea = a[1] - b[1];
     let eb = b[0] - a[0];
     // Left edges and top ones keep their border: the first factor decides unless it is zero. Others have −1 as their bias.
     let bias = ((ea << 14_u32) + eb) >> 31_u32;
     let c = (bias - (ea * a[0] + eb * a[1])) >> SUBPIXELS.trailing_zeros();
+    let steepness = ea.max(-ea) + eb.max(-eb);
+    let c = c - ((steepness * inset + (SUBPIXELS - 1)) >> SUBPIXELS.trailing_zeros());
     let ea: f32x8<S> = ea.to_float();
     let eb: f32x8<S> = eb.to_float();
     let c: f32x8<S> = c.to_float();
@@ -114,6 +118,7 @@ pub(crate) fn find_crossings<S: Simd>(
     y: &[[f64; BLOCK]; 4],
     first: usize,
     turned: u64,
+    inset: i32,
     block: &mut SpanBlock,
 ) {
     let range = first..first + S::f64s::LEN;
@@ -131,10 +136,10 @@ pub(crate) fn find_crossings<S: Simd>(
         [turn.select(one[0], other[0]), turn.select(one[1], other[1])],
     );
     let mut edges = [
-        crossing::<S>(simd, a, b),
-        crossing::<S>(simd, b, c),
-        crossing::<S>(simd, c, d),
-        crossing::<S>(simd, d, a),
+        crossing::<S>(simd, a, b, inset),
+        crossing::<S>(simd, b, c, inset),
+        crossing::<S>(simd, c, d, inset),
+        crossing::<S>(simd, d, a, inset),
     ];
     sort(&mut edges);
     for (edge, crossing) in edges.iter().enumerate() {
@@ -155,7 +160,12 @@ pub(crate) fn find_crossings<S: Simd>(
 
 /// The edges from `a` to `b`: see [`crate::triangle`] and [`crate::spans`].
 #[inline(always)]
-fn crossing<S: Simd>(simd: S, a: [S::f64s; 2], b: [S::f64s; 2]) -> Crossing<S::f64s, S::mask64s> {
+fn crossing<S: Simd>(
+    simd: S,
+    a: [S::f64s; 2],
+    b: [S::f64s; 2],
+    inset: i32,
+) -> Crossing<S::f64s, S::mask64s> {
     let zero = S::f64s::splat(simd, 0.0);
     let ea = a[1] - b[1];
     let eb = b[0] - a[0];
@@ -164,7 +174,9 @@ fn crossing<S: Simd>(simd: S, a: [S::f64s; 2], b: [S::f64s; 2]) -> Crossing<S::f
     let bias = keeps_border.select(zero, S::f64s::splat(simd, -1.0));
     let half = f64::from(SUBPIXELS / 2);
     let c = (ea + eb) * half - (ea * a[0] + eb * a[1]) + bias;
-    let c = (c * (1.0 / f64::from(SUBPIXELS))).floor();
+    let per_subpixel = 1.0 / f64::from(SUBPIXELS);
+    let c = (c * per_subpixel).floor();
+    let c = c - ((ea.abs() + eb.abs()) * f64::from(inset) * per_subpixel).ceil();
     let inverse = is_horizontal.select(
         S::f64s::splat(simd, -HORIZONTAL),
         S::f64s::splat(simd, -1.0) / ea,

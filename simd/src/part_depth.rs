@@ -44,20 +44,29 @@ pub struct PartDepth {
 
 impl PartDepth {
     /// The depth of a polygon with a plane, whose corners reach over `extent` sub-pixels across and down and whose samples
-    /// lie in columns `x` and rows `y`.
-    pub fn new(plane: &DepthPlane, extent: [f64; 2], x: [i32; 2], y: [i32; 2]) -> PartDepth {
-        let [across, down] = extent.map(|e| e * (1.0 / f64::from(SUBPIXELS)));
+    /// lie in columns `x` and rows `y`, and reach `inset` sub-pixels around.
+    pub fn new(
+        plane: &DepthPlane,
+        extent: [f64; 2],
+        x: [i32; 2],
+        y: [i32; 2],
+        inset: i32,
+    ) -> PartDepth {
+        let per_subpixel = 1.0 / f64::from(SUBPIXELS);
+        let [across, down] = extent.map(|e| e * per_subpixel);
         let tiles = x.map(|x| x / TILE_SIZE);
         let column = if tiles[0] == tiles[1] {
             x
         } else {
             [tiles[0] * TILE_SIZE, tiles[0] * TILE_SIZE + TILE_SIZE - 1]
         }[usize::from(plane.slope_x < 0.0)];
+        let (steep_x, steep_y) = (plane.slope_x.abs(), plane.slope_y.abs());
         let largest = (greater(plane.nearest.abs(), plane.farthest.abs())
-            + plane.slope_x.abs() * (across + 16.0))
-            + plane.slope_y.abs() * (down + 16.0);
+            + steep_x * (across + 16.0))
+            + steep_y * (down + 16.0);
         let at = (plane.depth + plane.slope_y * (f64::from(y[0]) - plane.origin_y))
             + plane.slope_x * (f64::from(column) - plane.origin_x);
+        let at = at - (steep_x + steep_y) * (f64::from(inset) * per_subpixel);
         // Not for a NaN either.
         let is_sloped = largest <= LARGEST;
         let if_sloped = |sloped: f64, flat: f64| (if is_sloped { sloped } else { flat }) as f32;

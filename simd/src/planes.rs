@@ -45,6 +45,7 @@ pub(crate) fn find_planes<S: Simd>(
     simd: S,
     outlines: &Outlines,
     first: usize,
+    inset: i32,
     block: &mut SpanBlock,
 ) -> Planes {
     let range = first..first + S::f64s::LEN;
@@ -87,10 +88,12 @@ pub(crate) fn find_planes<S: Simd>(
     let column = slope_x
         .simd_lt(zero)
         .select(load(&outlines.columns[1]), load(&outlines.columns[0]));
+    let (steep_x, steep_y) = (slope_x.abs(), slope_y.abs());
     let most = (largest::<S>(nearest.abs(), farthest.abs())
-        + slope_x.abs() * (across * per_subpixel + 16.0))
-        + slope_y.abs() * (down * per_subpixel + 16.0);
+        + steep_x * (across * per_subpixel + 16.0))
+        + steep_y * (down * per_subpixel + 16.0);
     let at = (depth + slope_y * load(&outlines.first_row)) + slope_x * column;
+    let at = at - (steep_x + steep_y) * (f64::from(inset) * per_subpixel);
     let is_sloped = most.simd_le(S::f64s::splat(simd, LARGEST));
     let at = is_sloped.select(at - most * ROUNDING, farthest);
     let per_row = is_sloped.select(slope_y, zero);

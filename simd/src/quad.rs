@@ -47,11 +47,18 @@ fn twice_area(a: ScreenVertex, b: ScreenVertex, c: ScreenVertex) -> i64 {
 }
 
 impl Quad {
-    /// Sets up what `corners` stand for, in a picture of `width` × `height` samples.
-    pub fn new(corners: [ScreenVertex; 4], cull: CullMode, width: i32, height: i32) -> Quad {
+    /// Sets up what `corners` stand for, pulled in by `inset` sub-pixels ([`Edge::moved_in`]), in a picture of
+    /// `width` × `height` samples.
+    pub fn new(
+        corners: [ScreenVertex; 4],
+        cull: CullMode,
+        width: i32,
+        height: i32,
+        inset: i32,
+    ) -> Quad {
         let [a, b, c, d] = corners;
         let (xs, ys) = (corners.map(|v| v.x), corners.map(|v| v.y));
-        let (x, y) = (samples(xs, width), samples(ys, height));
+        let (x, y) = (samples(xs, width, inset), samples(ys, height, inset));
         let areas = [
             twice_area(a, b, c),
             twice_area(a, c, d),
@@ -77,7 +84,8 @@ impl Quad {
             Edge::between(b, c),
             Edge::between(c, d),
             Edge::between(d, a),
-        ];
+        ]
+        .map(|edge| edge.moved_in(inset));
         let is_tiny = extent.iter().all(|&e| e <= f64::from(TINY))
             && [x, y].iter().all(|[first, last]| last - first < 2);
         let is_covered = |x: i32, y: i32| {
@@ -95,15 +103,16 @@ impl Quad {
             spans: Spans::between(&edges, [x[0], y[0]], is_small),
             x,
             y,
-            depth: PartDepth::new(&plane, extent, x, y),
+            depth: PartDepth::new(&plane, extent, x, y, inset),
             is_small,
         })
     }
 }
 
-fn samples(v: [i32; 4], count: i32) -> [i32; 2] {
+fn samples(v: [i32; 4], count: i32, inset: i32) -> [i32; 2] {
     let [a, b, c, d] = v;
-    let [first, last] = triangle::samples(a.min(b).min(c).min(d), a.max(b).max(c).max(d));
+    let (least, largest) = (a.min(b).min(c).min(d), a.max(b).max(c).max(d));
+    let [first, last] = triangle::samples(least + inset, largest - inset);
     [first.max(0), last.min(count - 1)]
 }
 

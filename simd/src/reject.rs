@@ -190,8 +190,8 @@ fn look_at<S: Simd>(
     let [x1, y1] = coordinates(simd, &places[1]);
     let [x2, y2] = coordinates(simd, &places[2]);
     let [x3, y3] = coordinates(simd, &places[3]);
-    let (width, [first_x, last_x]) = extent([x0, x1, x2, x3], drawing.width);
-    let (height, [first_y, last_y]) = extent([y0, y1, y2, y3], drawing.height);
+    let (width, [first_x, last_x]) = extent([x0, x1, x2, x3], drawing.width, drawing.inset);
+    let (height, [first_y, last_y]) = extent([y0, y1, y2, y3], drawing.height, drawing.inset);
     let sampled = first_x.simd_le(last_x) & first_y.simd_le(last_y);
 
     let (per_sample, size) = (1.0 / TILE_SIZE as f32, TILE_SIZE as f32);
@@ -222,7 +222,8 @@ fn look_at<S: Simd>(
         & sampled;
     let empty = if tiny.any_true() {
         let (x, y) = ([x0, x1, x2, x3], [y0, y1, y2, y3]);
-        let covered = is_covered::<S>(simd, x, y, [first_x, first_y], [last_x, last_y]);
+        let first = [first_x, first_y];
+        let covered = is_covered::<S>(simd, x, y, first, [last_x, last_y], drawing.inset);
         (tiny & !covered).to_bitmask()
     } else {
         0
@@ -246,6 +247,7 @@ fn is_covered<S: Simd>(
     [y0, y1, y2, y3]: [f32x8<S>; 4],
     [first_x, first_y]: [f32x8<S>; 2],
     [last_x, last_y]: [f32x8<S>; 2],
+    inset: i32,
 ) -> mask32x8<S> {
     let zero = f32x8::splat(simd, 0.0);
     let per_sample = SUBPIXELS as f32;
@@ -261,10 +263,10 @@ fn is_covered<S: Simd>(
         (last_x - first_x) * per_sample,
         (last_y - first_y) * per_sample,
     ];
-    let ab = edge_at_samples::<S>(simd, a, b, step);
-    let bc = edge_at_samples::<S>(simd, b, c, step);
-    let cd = edge_at_samples::<S>(simd, c, d, step);
-    let da = edge_at_samples::<S>(simd, d, a, step);
+    let ab = edge_at_samples::<S>(simd, a, b, step, inset);
+    let bc = edge_at_samples::<S>(simd, b, c, step, inset);
+    let cd = edge_at_samples::<S>(simd, c, d, step, inset);
+    let da = edge_at_samples::<S>(simd, d, a, step, inset);
     // The least edge function at each sample, and the largest of these.
     let mut most = f32x8::splat(simd, -1.0);
     for at in 0..4 {
@@ -281,12 +283,16 @@ fn edge_at_samples<S: Simd>(
     a: [f32x8<S>; 2],
     b: [f32x8<S>; 2],
     step: [f32x8<S>; 2],
+    inset: i32,
 ) -> [f32x8<S>; 4] {
     let (ea, eb) = (a[1] - b[1], b[0] - a[0]);
     let at_first = a[0] * b[1] - b[0] * a[1];
     // Left edges and top ones: the first factor decides unless it is zero.
     let keeps_border = (ea * (2 * TINY) as f32 + eb).simd_ge(f32x8::splat(simd, 0.0));
     let at_first = keeps_border.select(at_first, at_first - 1.0);
+    let per_sample = SUBPIXELS as f32;
+    let moved = (ea.abs() + eb.abs()) * (inset as f32 / per_sample);
+    let at_first = at_first - moved.ceil() * per_sample;
     let at_right = at_first + ea * step[0];
     let below = eb * step[1];
     [at_first, at_right, at_first + below, at_right + below]

@@ -56,7 +56,7 @@ pub(crate) fn set_up_block<S: Simd>(
     block.small &= named_bits as u8;
     let mut planes = Planes::default();
     for first in (0..named.len()).step_by(S::f64s::LEN) {
-        let found = find_planes(simd, outlines, first, block);
+        let found = find_planes(simd, outlines, first, drawing.inset, block);
         planes.whole |= found.whole;
         planes.turned |= found.turned;
     }
@@ -65,7 +65,7 @@ pub(crate) fn set_up_block<S: Simd>(
         let x = [x0 - column, x1 - column, x2 - column, x3 - column];
         let y = [y0 - row, y1 - row, y2 - row, y3 - row];
         let turn = mask32x8::from_bitmask(simd, planes.turned);
-        find_small_crossings(simd, x, y, turn, block);
+        find_small_crossings(simd, x, y, turn, drawing.inset, block);
     }
     let large = named_bits as u8 & !block.small;
     if large != 0 {
@@ -76,7 +76,15 @@ pub(crate) fn set_up_block<S: Simd>(
         }
         for first in (0..BLOCK).step_by(S::f64s::LEN) {
             if u64::from(large) >> first & ((1 << S::f64s::LEN) - 1) != 0 {
-                find_crossings(simd, &wide_x, &wide_y, first, planes.turned, block);
+                find_crossings(
+                    simd,
+                    &wide_x,
+                    &wide_y,
+                    first,
+                    planes.turned,
+                    drawing.inset,
+                    block,
+                );
             }
         }
     }
@@ -100,18 +108,21 @@ pub(crate) fn coordinates<S: Simd>(simd: S, places: &[[f32; 2]; BLOCK]) -> [f32x
     [x, y]
 }
 
-/// How far four corners reach along an axis, and the first and the last of `count` samples between their extremes.
+/// How far four corners reach along an axis, and the first and the last of `count` samples that lie between their extremes by
+/// at least `inset` sub-pixels.
 #[inline(always)]
 pub(crate) fn extent<S: Simd>(
     [a, b, c, d]: [f32x8<S>; 4],
     count: i32,
+    inset: i32,
 ) -> (f32x8<S>, [f32x8<S>; 2]) {
     let simd = a.token();
     let least = a.min(b).min(c.min(d));
     let largest = a.max(b).max(c.max(d));
     let per_subpixel = 1.0 / SUBPIXELS as f32;
-    let first = (least * per_subpixel - 0.5).ceil();
-    let last = (largest * per_subpixel - 0.5).floor();
+    let inset = inset as f32;
+    let first = ((least + inset) * per_subpixel - 0.5).ceil();
+    let last = ((largest - inset) * per_subpixel - 0.5).floor();
     let end = f32x8::splat(simd, (count - 1) as f32);
     let samples = [first.max(f32x8::splat(simd, 0.0)), last.min(end)];
     (largest - least, samples)
@@ -134,8 +145,8 @@ fn find_extents<S: Simd>(
     outlines: &mut Outlines,
     block: &mut SpanBlock,
 ) -> [f32x8<S>; 2] {
-    let (across, [first_x, last_x]) = extent([x0, x1, x2, x3], drawing.width);
-    let (down, [first_y, last_y]) = extent([y0, y1, y2, y3], drawing.height);
+    let (across, [first_x, last_x]) = extent([x0, x1, x2, x3], drawing.width, drawing.inset);
+    let (down, [first_y, last_y]) = extent([y0, y1, y2, y3], drawing.height, drawing.inset);
     first_x.store_array(&mut block.x[0]);
     last_x.store_array(&mut block.x[1]);
     first_y.store_array(&mut block.y[0]);

@@ -122,26 +122,26 @@ pub struct SpanPolygon {
     pub is_small: bool,
 }
 
-impl From<&Triangle> for SpanPolygon {
-    /// The triangle's extents must lie within the picture.
-    fn from(t: &Triangle) -> SpanPolygon {
+impl SpanPolygon {
+    /// A triangle pulled in by `inset` sub-pixels: see [`Edge::moved_in`]. Its extents must lie within the picture.
+    pub fn of_triangle(t: &Triangle, inset: i32) -> SpanPolygon {
         // One of three edges is as wide as all, and one as high.
         let [across, down] = t.edges.iter().fold([0, 0], |[across, down], e| {
             [across.max(e.b.abs()), down.max(e.a.abs())]
         });
         let is_small = across.max(down) <= i64::from(SMALL);
         let edges = [t.edges[0], t.edges[1], t.edges[2], Edge::EVERYWHERE];
+        let edges = edges.map(|edge| edge.moved_in(inset));
+        let extent = [across, down].map(|e| e as f64);
         SpanPolygon {
             is_small,
             spans: Spans::between(&edges, [t.x[0], t.y[0]], is_small),
             x: t.x,
             y: t.y,
-            depth: PartDepth::new(&t.depth, [across, down].map(|e| e as f64), t.x, t.y),
+            depth: PartDepth::new(&t.depth, extent, t.x, t.y, inset),
         }
     }
-}
 
-impl SpanPolygon {
     /// The samples of tile (`tile_x`, `tile_y`) that the polygon covers: the same as
     /// [`coverage_of_tile`](crate::coverage::coverage_of_tile) finds of its triangles.
     #[inline]

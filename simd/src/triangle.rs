@@ -60,6 +60,18 @@ impl Edge {
     /// The edge from a point to itself: every sample is inside.
     pub const EVERYWHERE: Edge = Edge { a: 0, b: 0, c: 0 };
 
+    /// The edge moved inwards: a sample is inside if all places no more than `inset` sub-pixels beside and above or below it
+    /// are inside.
+    #[inline]
+    pub fn moved_in(self, inset: i32) -> Edge {
+        let steepness = self.a.abs() + self.b.abs();
+        let moved = steepness * i64::from(inset) + i64::from(SUBPIXELS - 1);
+        Edge {
+            c: self.c - moved.div_euclid(i64::from(SUBPIXELS)),
+            ..self
+        }
+    }
+
     /// The edge from `a` to `b`, as a polygon has it that lies to its right on screen.
     #[inline]
     pub fn between(a: ScreenVertex, b: ScreenVertex) -> Edge {

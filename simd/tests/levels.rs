@@ -161,7 +161,7 @@ fn any_triangle(chance: &mut Chance, picture: &Picture) -> Option<Triangle> {
 
 fn packed(triangles: &[Triangle]) -> SpanBlocks {
     let mut blocks = SpanBlocks::default();
-    blocks.pack(triangles.iter().map(SpanPolygon::from));
+    blocks.pack(triangles.iter().map(|t| SpanPolygon::of_triangle(t, 0)));
     blocks
 }
 
@@ -190,7 +190,7 @@ fn spans_cover_what_integers_cover() {
         let Some(triangle) = any_triangle(&mut chance, &picture) else {
             continue;
         };
-        let spans = SpanPolygon::from(&triangle);
+        let spans = SpanPolygon::of_triangle(&triangle, 0);
         for tile_y in triangle.y[0] / 8..=triangle.y[1] / 8 {
             for tile_x in triangle.x[0] / 8..=triangle.x[1] / 8 {
                 let exact = coverage_of_tile(&triangle, tile_x, tile_y);

@@ -48,10 +48,6 @@ pub struct Measure {
     #[arg(long, value_name = "REPRESENTATION", default_value = "no-background", value_parser = ["no-background"])]
     depth: String,
 
-    /// Final pixels along the edge of a map's pixel
-    #[arg(long, value_name = "SCALE", default_value = "1", value_parser = ["1"])]
-    map_scale: String,
-
     /// Start every frame without memory of the last
     #[arg(long)]
     cold: bool,

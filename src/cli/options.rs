@@ -9,7 +9,7 @@ use antumbra::cull::Settings;
 use antumbra::occluders::{Budget, FramesBack, Selection, Weighing};
 use antumbra::occlusion::Accuracy;
 use antumbra::prepare::{Prepared, StaticCriteria};
-use antumbra::view::{CameraPath, PictureSize};
+use antumbra::view::{CameraPath, MapScale, PictureSize};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 
@@ -39,6 +39,10 @@ pub struct CullOptions {
     /// With approximate accuracy: uncovered pixels that are ignored in any 8x8 window
     #[arg(long, value_name = "PX", default_value_t = 64)]
     pub hole: u32,
+
+    /// Pixels of the picture along the edge of an occlusion map's pixel: 1, 2 or 4
+    #[arg(long, value_name = "SCALE", default_value_t = MapScale::Full)]
+    pub map_scale: MapScale,
 
     /// Threads to use [default: as many as the machine runs at once]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -133,6 +137,7 @@ impl CullOptions {
         };
         Ok(Settings {
             accuracy,
+            map_scale: self.map_scale,
             threads: self.threads.map_or(0, usize::from),
             level,
             ..Settings::new(self.size)

@@ -43,7 +43,7 @@ use crate::prepare::{
 };
 use crate::scene::Scene;
 use crate::tasks::{Record, Stage, Tasks, stay_awake};
-use crate::view::{Camera, Frustum, PictureSize};
+use crate::view::{Camera, Frustum, MapScale, PictureSize};
 
 use clusters::ClusterWalk;
 use frame::Memory;
@@ -61,6 +61,8 @@ pub struct Settings {
     pub size: PictureSize,
     /// What may be lost.
     pub accuracy: Accuracy,
+    /// How much coarser than the picture the occlusion map is.
+    pub map_scale: MapScale,
     /// How occluders are chosen.
     pub occluders: Selection,
     /// How many triangles may be drawn as occluders.
@@ -86,6 +88,7 @@ impl Settings {
         Settings {
             size,
             accuracy: Accuracy::Exact,
+            map_scale: MapScale::Full,
             occluders: Selection::default(),
             budget: Budget::default(),
             static_criteria: StaticCriteria::NONE,
@@ -415,6 +418,10 @@ impl Culler {
     }
 }
 
+fn new_buffer(settings: &Settings, camera: &Camera) -> OcclusionBuffer {
+    OcclusionBuffer::with_map_scale(settings.size, *camera, settings.map_scale)
+}
+
 impl Remembered {
     fn clear(&mut self) {
         self.contributions.clear();
@@ -460,7 +467,7 @@ impl State {
                 .time()
                 .and_then(|time| Instant::now().checked_add(time)),
         };
-        let buffer = buffer.get_or_insert_with(|| OcclusionBuffer::new(settings.size, *camera));
+        let buffer = buffer.get_or_insert_with(|| new_buffer(settings, camera));
         frame.run(camera, buffer, remembered, memory, found);
     }
 
@@ -485,8 +492,7 @@ impl State {
             tasks,
             ends: None,
         };
-        let new = || OcclusionBuffer::new(settings.size, *camera);
-        let buffer = self.buffer.get_or_insert_with(new);
+        let buffer = self.buffer.get_or_insert_with(|| new_buffer(&settings, camera));
         frame.run_behind(camera, buffer, given, &mut self.memory, found);
     }
 }

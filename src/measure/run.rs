@@ -90,6 +90,7 @@ fn describe(culler: &Culler, settings: &MeasureSettings) -> SettingsReport {
     let Settings {
         size,
         accuracy,
+        map_scale,
         occluders,
         budget,
         static_criteria,
@@ -121,7 +122,7 @@ fn describe(culler: &Culler, settings: &MeasureSettings) -> SettingsReport {
             .map_or(0, |grid| grid.layout().viewpoints()),
         cold: settings.cold,
         depth: "no-background".into(),
-        map_scale: 1,
+        map_scale: map_scale.pixels(),
         every: settings.every,
     }
 }

@@ -18,7 +18,7 @@ use super::{
 use crate::raster::{Assembler, BlockList, CullMode, Geometry, TileBuffer};
 use crate::scene::{Aabb, OrientedBox, is_mirroring};
 use crate::tasks::Tasks;
-use crate::view::{Camera, PictureSize};
+use crate::view::{Camera, MapScale, PictureSize};
 
 /// The answer to a question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,6 +98,7 @@ pub struct Sphere {
 /// ```
 #[derive(Clone, Debug)]
 pub struct OcclusionBuffer {
+    picture: PictureSize,
     screen: Screen,
     tiles: TileBuffer,
     /// As of the last [`finish`](OcclusionBuffer::finish), if it has been needed since.
@@ -111,10 +112,16 @@ pub struct OcclusionBuffer {
 impl OcclusionBuffer {
     /// An empty buffer for pictures of a size, seen by a camera.
     pub fn new(size: PictureSize, camera: Camera) -> OcclusionBuffer {
+        OcclusionBuffer::with_map_scale(size, camera, MapScale::Full)
+    }
+
+    /// An empty buffer for pictures of a size, with a map of this scale: coarse ones take less time and memory, and hide less.
+    pub fn with_map_scale(size: PictureSize, camera: Camera, scale: MapScale) -> OcclusionBuffer {
         OcclusionBuffer {
-            screen: Screen::new(camera, size),
+            picture: size,
+            screen: Screen::with_map_scale(camera, size, scale),
             map: OnceLock::new(),
-            tiles: TileBuffer::new(size),
+            tiles: TileBuffer::with_map_scale(scale.map_size(size), scale),
             finished: false,
             accuracy: Accuracy::Exact,
             assembler: Assembler::default(),
@@ -139,7 +146,7 @@ impl OcclusionBuffer {
 
     /// Forgets all that was drawn and begins a frame, in tasks.
     pub(crate) fn clear_by(&mut self, tasks: Tasks<'_>, camera: &Camera) {
-        self.screen = Screen::new(*camera, self.tiles.size());
+        self.screen = Screen::with_map_scale(*camera, self.picture, self.screen.scale());
         self.tiles.clear_by(tasks);
         self.finished = false;
     }
@@ -380,11 +387,12 @@ impl OcclusionBuffer {
     /// # Panics
     /// If the pixel is outside the picture.
     pub fn pixel(&self, x: usize, y: usize) -> Option<f32> {
-        let size = self.tiles.size();
         assert!(
-            x < size.width() && y < size.height(),
+            x < self.picture.width() && y < self.picture.height(),
             "pixel ({x}, {y}) is outside the picture"
         );
+        let size = self.tiles.size();
+        let [x, y] = [x, y].map(|v| v / self.screen.scale().pixels() as usize);
         let tile = y / 8 * size.tiles_across() + x / 8;
         let (column, row) = (x % 8, y % 8);
         let part = row / PART_HEIGHT as usize;

@@ -23,10 +23,10 @@ use glam::{DAffine3, DVec3};
 
 use super::ProjectedBox;
 use crate::scene::{Aabb, OrientedBox};
-use crate::view::{Camera, PictureSize};
+use crate::view::{Camera, MapScale, PictureSize};
 
 /// How far a projected coordinate may lie from where it is drawn, in sub-pixels, besides errors that scale with the
-/// scene.
+/// scene and what a sample of a coarse map reaches.
 const SNAP_ERROR: f64 = 0.5 + 1.0 / 1024.0;
 
 /// The share of its coordinates by which a position may be off.
@@ -54,10 +54,12 @@ pub enum Footprint {
     Within(SampleRect),
 }
 
-/// A camera and a picture size, made ready to project shapes.
+/// A camera, a picture size and a map's scale, made ready to project shapes. Samples are the map's.
 #[derive(Clone, Debug)]
 pub struct Screen {
     camera: Camera,
+    scale: MapScale,
+    /// The map's.
     size: PictureSize,
     /// The largest of the eye's coordinates.
     eye_reach: f64,
@@ -78,8 +80,15 @@ struct Norms {
 
 impl Screen {
     /// Makes a camera ready for a picture size.
-    pub fn new(camera: Camera, size: PictureSize) -> Screen {
-        let from_eye = camera.screen_from_eye(size);
+    pub fn new(camera: Camera, picture: PictureSize) -> Screen {
+        Screen::with_map_scale(camera, picture, MapScale::Full)
+    }
+
+    /// Makes a camera ready for a picture size and a map of this scale: samples are the map's, each of which stands for a block
+    /// of pixels.
+    pub fn with_map_scale(camera: Camera, picture: PictureSize, scale: MapScale) -> Screen {
+        let from_eye = scale.map_from(&camera.screen_from_eye(picture));
+        let size = scale.map_size(picture);
         let norm = |r: [f64; 4]| vector(r).length();
         let norms = Norms {
             x: norm(from_eye.x),
@@ -89,13 +98,14 @@ impl Screen {
         };
         Screen {
             camera,
+            scale,
             size,
             eye_reach: largest(camera.eye().abs()),
             rays: Rays::new(&from_eye),
             view: BoxView {
                 screen: from_eye,
                 norms: [norms.x, norms.y, norms.depth, norms.w],
-                snap_error: SNAP_ERROR,
+                snap_error: SNAP_ERROR + f64::from(scale.reach()),
                 relative_error: POSITION_ERROR,
                 size: [size.width() as f64, size.height() as f64],
             },
@@ -109,7 +119,12 @@ impl Screen {
         &self.camera
     }
 
-    /// The picture's size.
+    /// The map's scale.
+    pub fn scale(&self) -> MapScale {
+        self.scale
+    }
+
+    /// The map's size.
     pub fn size(&self) -> PictureSize {
         self.size
     }
@@ -274,7 +289,8 @@ impl Screen {
         y: [f64; 2],
         nearest_distance: f64,
     ) -> Footprint {
-        let subpixels = |v: [f64; 2]| v.map(|v| v * f64::from(SUBPIXELS));
+        let per_pixel = f64::from(SUBPIXELS) / f64::from(self.scale.pixels());
+        let subpixels = |v: [f64; 2]| v.map(|v| v * per_pixel);
         let projection = self.camera.projection();
         let in_front = nearest_distance > projection.near();
         let ordered = x[0] <= x[1] && y[0] <= y[1];
@@ -382,7 +398,7 @@ impl Screen {
     fn screen_error(&self, largest: f64, norm: f64, position_error: f64, w: f64) -> f64 {
         // A move by e changes X by |e|·norm and W by |e|·|w|, hence X / W by no more than this.
         let moved = position_error * (norm + largest * self.norms.w) / w;
-        SNAP_ERROR + moved + largest * POSITION_ERROR
+        self.view.snap_error + moved + largest * POSITION_ERROR
     }
 
     /// Grows an extent by all that may be off, `position_error` in scene units, and finds its samples.

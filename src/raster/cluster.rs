@@ -37,6 +37,7 @@ impl ClusterAssembler {
             cull,
             width,
             height,
+            inset: drawn.inset(),
             drawn: drawn.layered(),
         };
         self.to_clip.clear();
@@ -62,8 +63,8 @@ impl ClusterAssembler {
             }
             clip_triangle(corners, screen, |vertices| {
                 let triangle = Triangle::new(vertices, cull).and_then(|t| t.within(width, height));
-                self.clipped
-                    .extend(triangle.as_ref().map(SpanPolygon::from));
+                let polygon = |t: &Triangle| SpanPolygon::of_triangle(t, drawn.inset());
+                self.clipped.extend(triangle.as_ref().map(polygon));
             });
         }
         blocks.pack(self.clipped.iter().copied());

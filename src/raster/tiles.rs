@@ -3,7 +3,7 @@
 use super::BlockList;
 use super::bands::Bands;
 use crate::tasks::{Tasks, Work};
-use crate::view::PictureSize;
+use crate::view::{MapScale, PictureSize};
 use antumbra_simd::Level;
 use antumbra_simd::PARTS_PER_TILE;
 use antumbra_simd::blocks::{find_blocks, is_behind_blocks};
@@ -22,6 +22,8 @@ const LARGE: i32 = 64;
 #[derive(Clone, Debug)]
 pub struct TileBuffer {
     size: PictureSize,
+    /// Sub-pixels by which what is drawn is pulled in.
+    inset: i32,
     coverage: Vec<u64>,
     depths: Vec<[f32; PARTS_PER_TILE]>,
     near_samples: Vec<u64>,
@@ -56,9 +58,15 @@ impl PartialEq for TileBuffer {
 impl TileBuffer {
     /// An empty buffer.
     pub fn new(size: PictureSize) -> TileBuffer {
+        TileBuffer::with_map_scale(size, MapScale::Full)
+    }
+
+    /// An empty buffer for a map of this scale; `size` is the map's.
+    pub(crate) fn with_map_scale(size: PictureSize, scale: MapScale) -> TileBuffer {
         let tiles = size.tiles_across() * size.tiles_down();
         TileBuffer {
             size,
+            inset: scale.inset(),
             coverage: vec![0; tiles],
             depths: vec![[UNCOVERED; PARTS_PER_TILE]; tiles],
             near_samples: vec![0; tiles],
@@ -97,7 +105,12 @@ impl TileBuffer {
         self.level
     }
 
-    /// The picture's size.
+    /// By how many sub-pixels polygons are pulled in: see [`MapScale`].
+    pub(crate) fn inset(&self) -> i32 {
+        self.inset
+    }
+
+    /// The map's size; the picture's, if that is its scale.
     pub fn size(&self) -> PictureSize {
         self.size
     }
@@ -137,7 +150,8 @@ impl TileBuffer {
     /// Fills triangles in order. The extents of all must lie within the picture.
     pub fn fill(&mut self, triangles: &[Triangle]) {
         let mut list = BlockList::default();
-        list.blocks.pack(triangles.iter().map(SpanPolygon::from));
+        let polygon = |t: &Triangle| SpanPolygon::of_triangle(t, self.inset);
+        list.blocks.pack(triangles.iter().map(polygon));
         list.find_rows();
         let in_a_pool = rayon::current_thread_index().is_some();
         let threads = if in_a_pool {

@@ -77,6 +77,14 @@ impl PictureSize {
         self.height as usize
     }
 
+    /// The size of a picture whose pixels are so many times as wide and high, the last perhaps partly outside.
+    pub(super) fn divided_by(self, pixels: u32) -> PictureSize {
+        PictureSize {
+            width: self.width.div_ceil(pixels),
+            height: self.height.div_ceil(pixels),
+        }
+    }
+
     /// Columns of tiles, the last perhaps partly outside the picture.
     pub fn tiles_across(self) -> usize {
         self.width().div_ceil(TILE_SIZE as usize)

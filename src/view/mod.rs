@@ -5,8 +5,10 @@
 
 mod camera;
 mod frustum;
+mod map_scale;
 mod path;
 
 pub use camera::{Camera, PictureSize, Projection, ViewError};
 pub use frustum::{Containment, Frustum, Planes};
+pub use map_scale::MapScale;
 pub use path::{CameraPath, PathError};

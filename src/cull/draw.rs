@@ -161,15 +161,15 @@ fn draw_batch(
     draw_until(horizon, frame, buffer, memory, drawn)
 }
 
-/// Draws the clusters that are remembered.
+/// Draws the clusters that are remembered. Returns whether more than one in four of them is out of the picture.
 pub fn draw_remembered(
     frame: &Frame<'_>,
     buffer: &mut OcclusionBuffer,
     memory: &mut DrawMemory,
     drawn: &mut Drawn<'_>,
-) {
+) -> bool {
     memory.begin();
-    recall(
+    let is_cut = recall(
         frame,
         drawn.contributions,
         buffer.screen(),
@@ -177,6 +177,7 @@ pub fn draw_remembered(
         &mut memory.waiting,
     );
     draw_until(EVERYTHING, frame, buffer, memory, drawn);
+    is_cut
 }
 
 /// Draws the clusters that are seen from a viewpoint near the eye.

@@ -24,7 +24,8 @@ use crate::view::{Camera, Containment, Frustum, Planes};
 /// from nearby.
 const FIRST_OCCLUDERS: usize = 64;
 
-/// If more than one in so many of the objects in its frustum are not hidden then, it goes on in order instead.
+/// If more than one in so many of the objects in its frustum are in question then, it goes on in order instead. So does one that
+/// shows something else than the last.
 const MOST_UNDECIDED: usize = 8;
 
 /// Each thread has so many tasks of finding keys,
@@ -221,6 +222,7 @@ impl Frame<'_> {
         } = found;
         seen.begin_frame(self.scene);
         let is_first = contributions.is_empty();
+        let mut is_new = is_first;
         let sampled = is_first.then(|| seen_nearby(self, camera)).flatten();
         let mut drawn = Drawn {
             hidden: &mut memory.hidden,
@@ -244,8 +246,14 @@ impl Frame<'_> {
                 draw_occluders(self, candidates, buffer, &mut memory.draw, &mut drawn);
             }
         } else {
-            draw_remembered(self, buffer, &mut memory.draw, &mut drawn);
+            is_new = draw_remembered(self, buffer, &mut memory.draw, &mut drawn);
             drawn.statistics.clusters_remembered = drawn.occluders.len() as u64;
+            if is_new {
+                seen.distrust();
+                let frustum = Frustum::new(camera, self.settings.size);
+                let in_frustum = &mut memory.in_frustum;
+                traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum);
+            }
         }
         clock.lap(|times| &mut times.raster);
 
@@ -253,11 +261,13 @@ impl Frame<'_> {
         let (undecided, kept) = (&mut memory.undecided, &mut memory.kept);
         let traverse = &mut memory.traverse;
         not_hidden_so_far(self, seen, buffer, traverse, undecided, drawn.statistics);
-        let is_open = is_first
+        let questions = seen.count_in_question(undecided) as usize;
+        let is_open = is_new
             && sampled.is_none()
             && self.settings.budget.is_for_what_pays()
             && self.has_pass_left(0)
-            && undecided.len() * MOST_UNDECIDED > memory.in_frustum.len();
+            && questions * MOST_UNDECIDED > memory.in_frustum.len();
+        let remembered = drawn.occluders.len();
         if is_open {
             // So many gaps are not worth closing one by one.
             clock.lap(|times| &mut times.test);
@@ -270,12 +280,13 @@ impl Frame<'_> {
             objects.retain(|&object| !drawn.hidden.has(object));
             not_hidden_among(self, seen, objects, buffer, traverse, undecided);
         }
-        if is_first {
+        if is_first || is_open {
+            let first = if is_first { 0 } else { remembered };
             for &DrawnCluster {
                 id,
                 triangles,
                 gain,
-            } in &*drawn.occluders
+            } in &drawn.occluders[first..]
             {
                 if gain > 0 {
                     drawn.contributions.needed(id, triangles, gain);

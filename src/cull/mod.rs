@@ -492,7 +492,9 @@ impl State {
             tasks,
             ends: None,
         };
-        let buffer = self.buffer.get_or_insert_with(|| new_buffer(&settings, camera));
+        let buffer = self
+            .buffer
+            .get_or_insert_with(|| new_buffer(&settings, camera));
         frame.run_behind(camera, buffer, given, &mut self.memory, found);
     }
 }

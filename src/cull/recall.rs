@@ -14,17 +14,19 @@ pub struct RecallMemory {
     footprints: Vec<Footprint>,
 }
 
-/// Lets the clusters wait that are remembered and not left out.
+/// Lets the clusters wait that are remembered and not left out. Returns whether more than one in four of them is out of the picture: it shows
+/// something else than the last.
 pub fn recall(
     frame: &Frame<'_>,
     contributions: &mut Contributions,
     screen: &Screen,
     memory: &mut RecallMemory,
     waiting: &mut Waiting,
-) {
+) -> bool {
     let RecallMemory { chosen, footprints } = memory;
     contributions.choose(frame.settings.budget, chosen);
     let object_of = |&place: &u32| contributions.id(place).object;
+    let mut in_picture = 0;
     for places in chosen.chunk_by(|a, b| object_of(a) == object_of(b)) {
         let number = object_of(&places[0]);
         let number_of = |&place: &u32| contributions.id(place).cluster;
@@ -40,6 +42,7 @@ pub fn recall(
                 continue;
             }
             are_none = false;
+            in_picture += 1;
             let cluster = number_of(place);
             waiting.push(WaitingCluster {
                 placed,
@@ -54,6 +57,7 @@ pub fn recall(
             waiting.settle(placed, &mut |_| {});
         }
     }
+    in_picture * 4 < chosen.len() * 3
 }
 
 /// Places an object, and finds where some of its clusters may be drawn. None if it hides nothing from here.

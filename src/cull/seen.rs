@@ -37,6 +37,8 @@ pub struct Seen {
     /// frames, each counted half as much as the next.
     asked_again: u32,
     hidden_since: u32,
+    /// Whether nothing is trusted in this frame.
+    is_cut: bool,
 }
 
 impl Seen {
@@ -53,6 +55,7 @@ impl Seen {
     /// Begins a frame.
     pub fn begin_frame(&mut self, scene: &Scene) {
         self.frame = self.frame.wrapping_add(1).max(2);
+        self.is_cut = false;
         self.frame_of.resize(scene.objects().len(), 0);
         self.trusted_until.resize(scene.objects().len(), 0);
         self.open_in.resize(scene.bvh().nodes.len(), 0);
@@ -61,7 +64,14 @@ impl Seen {
     /// Whether an object is taken for visible without asking.
     pub fn is_trusted(&self, object: u32) -> bool {
         let object = object as usize;
-        self.frame_of[object] == self.frame - 1 && self.trusted_until[object] >= self.frame
+        !self.is_cut
+            && self.frame_of[object] == self.frame - 1
+            && self.trusted_until[object] >= self.frame
+    }
+
+    /// Trusts nothing in this frame: it shows something else than the last.
+    pub fn distrust(&mut self) {
+        self.is_cut = true;
     }
 
     /// Whether something in a node was not hidden in the last frame.

@@ -92,6 +92,8 @@ impl FromStr for MapScale {
     fn from_str(text: &str) -> Result<MapScale, String> {
         let known = MapScale::ALL.into_iter();
         let named = |scale: &MapScale| scale.to_string() == text;
-        { known }.find(named).ok_or_else(|| "give 1, 2 or 4".to_owned())
+        { known }
+            .find(named)
+            .ok_or_else(|| "give 1, 2 or 4".to_owned())
     }
 }

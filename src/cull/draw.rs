@@ -104,6 +104,7 @@ pub fn draw_occluders(
             draw_until(EVERYTHING, frame, buffer, memory, drawn);
             return;
         }
+        frame.tasks.alone(Work::Look, || buffer.close_holes());
         hide_subtrees(
             frame,
             buffer,

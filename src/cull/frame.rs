@@ -16,7 +16,7 @@ use crate::occluders::{
     Budget, Contributions, DrawnCluster, Selection, distance_keys, keep_active, keep_promising,
     solid_angle_keys, weight_keys, z_plane_keys,
 };
-use crate::occlusion::{Accuracy, Footprint, OcclusionBuffer};
+use crate::occlusion::{Footprint, OcclusionBuffer};
 use crate::tasks::Work;
 use crate::view::{Camera, Containment, Frustum, Planes};
 
@@ -184,6 +184,7 @@ impl Frame<'_> {
         clock: &mut Clock,
     ) {
         self.tasks.alone(Work::Finish, || buffer.finish());
+        found.statistics.ignored_pixels = buffer.ignored_pixels();
         clock.lap(|times| &mut times.pyramid);
         let undecided = |&&object: &&u32| {
             !memory.hidden.has(object) || self.scene.objects()[object as usize].never_cull
@@ -319,11 +320,10 @@ impl Frame<'_> {
         }
         clock.lap(|times| &mut times.raster);
         self.tasks.alone(Work::Finish, || buffer.finish());
+        drawn.statistics.ignored_pixels = buffer.ignored_pixels();
         clock.lap(|times| &mut times.pyramid);
 
-        let is_decided = self.settings.accuracy == Accuracy::Exact
-            && self.settings.budget.is_for_what_pays()
-            && !is_cut_short;
+        let is_decided = self.settings.budget.is_for_what_pays() && !is_cut_short;
         if is_decided {
             visible.clear();
             visible.extend(kept.iter().map(|kept| kept.object));

@@ -22,6 +22,7 @@ pub use accuracy::{Accuracy, Approximation, Thresholds};
 pub use buffer::{Occluder, OcclusionBuffer, Sphere, Visibility};
 pub use depth::is_behind;
 pub use footprint::{Footprint, SampleRect, Screen};
+pub use holes::Holes;
 pub use map::OcclusionMap;
 pub use overlap::{is_covered, is_covered_so_far};
 pub use projected_box::ProjectedBox;

@@ -2,9 +2,7 @@
 #![allow(dead_code, reason = "each target uses some")]
 
 use antumbra::glam::{DAffine3, DMat3, DVec3};
-use antumbra::raster::{
-    Assembler, CullMode, Geometry, Positions, TileBuffer, for_each_sample,
-};
+use antumbra::raster::{Assembler, CullMode, Geometry, Positions, TileBuffer, for_each_sample};
 use antumbra::view::{Camera, PictureSize};
 
 /// The corners of the cube from −1 to 1, and its faces.
@@ -19,8 +17,8 @@ pub const CUBE: [[f32; 3]; 8] = [
     [1.0, 1.0, 1.0],
 ];
 pub const FACES: [u32; 36] = [
-    0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7,
-    1, 7, 5,
+    0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3,
+    7, 1, 7, 5,
 ];
 
 /// The samples of something that is drawn, and their depths.
@@ -70,12 +68,20 @@ impl Picture {
         cull: CullMode,
     ) {
         let nearest = &mut self.nearest;
-        samples(camera, self.size, positions, indices, place, cull, |at, depth| {
-            assert!(!depth.is_nan());
-            if nearest[at].is_none_or(|old| depth > old) {
-                nearest[at] = Some(depth);
-            }
-        });
+        samples(
+            camera,
+            self.size,
+            positions,
+            indices,
+            place,
+            cull,
+            |at, depth| {
+                assert!(!depth.is_nan());
+                if nearest[at].is_none_or(|old| depth > old) {
+                    nearest[at] = Some(depth);
+                }
+            },
+        );
     }
 
     /// Whether something would show at one of its samples, or is as near as what does.
@@ -87,9 +93,17 @@ impl Picture {
         place: &DAffine3,
     ) -> bool {
         let mut shows = false;
-        samples(camera, self.size, positions, indices, place, CullMode::None, |at, depth| {
-            shows |= self.nearest[at].is_none_or(|nearest| depth >= nearest);
-        });
+        samples(
+            camera,
+            self.size,
+            positions,
+            indices,
+            place,
+            CullMode::None,
+            |at, depth| {
+                shows |= self.nearest[at].is_none_or(|nearest| depth >= nearest);
+            },
+        );
         shows
     }
 

@@ -45,7 +45,10 @@ fn scene_files_corpus() -> Vec<Vec<u8>> {
         prepared.save(&path).expect("saved");
         let archive = std::fs::read(&path).expect("read");
         let sections = archives::take_apart(&archive);
-        [scene_bytes::input_of_sections(&sections), input(4, &[&archive])]
+        [
+            scene_bytes::input_of_sections(&sections),
+            input(4, &[&archive]),
+        ]
     };
     for (fineness, proxies) in [(1, false), (2, true), (9, false)] {
         corpus.extend(archive_of(&archives::prepared(fineness, proxies)));
@@ -65,7 +68,9 @@ fn scene_files_corpus() -> Vec<Vec<u8>> {
 }
 
 fn write(target: &str, corpus: &[Vec<u8>]) {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus").join(target);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("corpus")
+        .join(target);
     std::fs::create_dir_all(&folder).expect("the corpus can be written");
     for (i, input) in corpus.iter().enumerate() {
         std::fs::write(folder.join(format!("seed-{i}")), input).expect("written");

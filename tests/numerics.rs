@@ -62,7 +62,7 @@ fn stress(
         let said = format!("{kind}, round {round}");
         judge::judge(&world, level, round % 3 == 0, &mut tally, &said);
     }
-    println!("{}", tally.row(kind));
+    println!("\n{}", tally.row(kind));
     assert_eq!(tally.false_culls, 0, "{:?}", tally.first_false_cull);
     assert!(tally.position <= POSITION, "{} px", tally.position);
     assert!(tally.nearer <= nearer, "{} steps", tally.nearer);
@@ -168,6 +168,17 @@ fn layers_in_one_plane_lose_nothing() {
 }
 
 #[test]
+fn layers_less_than_an_f32_step_apart_lose_nothing() {
+    stress(
+        "layers 0.1 to 3 f32 steps apart",
+        119,
+        800,
+        HALF_A_STEP,
+        shapes::close_layers,
+    );
+}
+
+#[test]
 fn t_junctions_lose_nothing() {
     stress("T-junctions", 112, 400, HALF_A_STEP, shapes::t_junctions);
 }
@@ -240,7 +251,7 @@ fn pictures_of_the_largest_sizes_lose_nothing() {
     for _ in 0..4 {
         sizes::judge_large(&mut chance, 16_384, 16_384, &mut tally);
     }
-    println!("{}", tally.row("pictures of 16384×1 to 16384×16384"));
+    println!("\n{}", tally.row("pictures of 16384×1 to 16384×16384"));
     assert_eq!(tally.false_culls, 0, "{:?}", tally.first_false_cull);
     assert!(tally.position <= POSITION, "{} px", tally.position);
     assert!(
@@ -272,7 +283,7 @@ fn the_tangent_of_the_narrowest_and_the_widest_view_is_right_to_a_few_steps() {
 
 #[test]
 fn the_head_of_the_table() {
-    println!("{}", tally::HEAD);
+    println!("\n{}", tally::HEAD);
     assert_eq!(
         tally::HEAD.matches('|').count(),
         Tally::default().row("").matches('|').count()

@@ -145,8 +145,10 @@ impl State {
                             .collect();
                         let count = points.len().max(1) as u32;
                         let used = indices.len().min(60) / 3 * 3;
-                        let indices: Vec<u32> =
-                            indices[..used].iter().map(|&i| u32::from(i) % count).collect();
+                        let indices: Vec<u32> = indices[..used]
+                            .iter()
+                            .map(|&i| u32::from(i) % count)
+                            .collect();
                         if !points.is_empty() {
                             self.draw(&points, &indices, place, cull);
                         }
@@ -205,9 +207,15 @@ impl State {
             }
             Call::Pixel(x, y) => {
                 let size = self.picture.size;
-                let (x, y) = (usize::from(*x) % size.width(), usize::from(*y) % size.height());
+                let (x, y) = (
+                    usize::from(*x) % size.width(),
+                    usize::from(*y) % size.height(),
+                );
                 let covered = self.ask(|b| b.pixel(x, y).is_some());
-                assert_eq!(covered, self.picture.nearest[y * size.width() + x].is_some());
+                assert_eq!(
+                    covered,
+                    self.picture.nearest[y * size.width() + x].is_some()
+                );
             }
             Call::Map => {
                 for buffer in &self.buffers {
@@ -231,7 +239,10 @@ impl State {
             let column = (at % size.width()) as f64 + 0.5;
             let row = (at / size.width()) as f64 + 0.5;
             if x[0] <= column && column <= x[1] && y[0] <= row && row <= y[1] {
-                assert!(nearest.is_some_and(|nearest| nearest > depth), "({column}, {row})");
+                assert!(
+                    nearest.is_some_and(|nearest| nearest > depth),
+                    "({column}, {row})"
+                );
             }
         }
     }

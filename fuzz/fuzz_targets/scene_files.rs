@@ -56,7 +56,10 @@ fn cull(prepared: &Prepared) {
     // A proxy that is none hides what its object does not: that is its maker's business.
     let by_proxy = scene.objects().iter().any(|o| o.occluder_proxy.is_some());
     let bounds = scene.bounds()[scene.bounds().len() / 2];
-    let (middle, half) = ((bounds.min + bounds.max) * 0.5, (bounds.max - bounds.min) * 0.5);
+    let (middle, half) = (
+        (bounds.min + bounds.max) * 0.5,
+        (bounds.max - bounds.min) * 0.5,
+    );
     for (direction, far) in [
         (DVec3::new(0.3, 0.2, 1.0), 3.0),
         (DVec3::new(-1.0, 0.4, -0.1), 1.1),

@@ -1,6 +1,6 @@
 //! Triangles that strain numbers: thin, long, huge, in one plane, and with vertices in the middle of others' edges.
 
-use antumbra::glam::{DAffine3, DMat3, DVec3};
+use antumbra::glam::{DAffine3, DMat3, DVec3, Vec3Swizzles};
 use antumbra::view::{Camera, Projection};
 
 use crate::oracle::Chance;
@@ -143,6 +143,58 @@ pub fn coplanar(chance: &mut Chance) -> World {
     let away = distance(chance) * 2.0;
     let (center, half) = in_view(chance, &camera, size, away);
     things.push(any_thing(chance, center, half * 0.1));
+    World {
+        camera,
+        size,
+        things,
+    }
+}
+
+/// Walls square to the view, one before another by less than a step of f32, or by a few: depths that round to the same number, and
+/// to numbers in the wrong order if they were rounded the wrong way.
+pub fn close_layers(chance: &mut Chance) -> World {
+    let near = one_of(chance, &[0.01, 0.1, 1.0]);
+    let projection = if chance.one_in(3) {
+        Projection::Orthographic {
+            height: chance.real(1.0, 9.0),
+            near,
+            far: None,
+        }
+    } else {
+        Projection::Perspective {
+            fov_y: chance.real(0.3, 2.0),
+            near,
+            far: None,
+        }
+    };
+    let look = one_of(chance, &[DVec3::X, DVec3::NEG_Y, DVec3::NEG_Z]);
+    let up = one_of(chance, &[look.yzx(), -look.zxy()]);
+    let camera = Camera::look_at(DVec3::ZERO, look, up, projection).expect("a camera");
+    let size = small(chance);
+    let away = distance(chance);
+    let half = in_view(chance, &camera, size, away).1;
+    let mut layer = |away: f64, part: f64, drawn: bool| {
+        let axes = DMat3::from_cols(
+            camera.right() * (half * part * size.aspect()),
+            camera.up() * (half * part),
+            -camera.forward() * half,
+        );
+        let aside = camera.right() * (half * (1.0 - part).max(0.0) * chance.real(-1.0, 1.0));
+        let mut thing = shaped(
+            chance,
+            Shape::Wall(1),
+            axes,
+            camera.forward() * away + aside,
+        );
+        (thing.double_sided, thing.drawn) = (true, drawn);
+        thing
+    };
+    let mut things = vec![layer(away, 1.1, true)];
+    for i in 0..6 {
+        let steps = [0.1, 0.3, 0.6, -0.2, 1.5, -3.0][i];
+        let nearer = 1.0 - steps * 2_f64.powi(-24);
+        things.push(layer(away * nearer, 0.3, i == 0));
+    }
     World {
         camera,
         size,

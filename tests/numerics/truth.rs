@@ -295,6 +295,6 @@ impl Facet {
         let [a, b, c] = self.points.map(|(x, y)| (f64::from(x), f64::from(y)));
         let extent = |a: f64, b: f64, c: f64| a.max(b).max(c) - a.min(b).min(c);
         let around = extent(a.0, b.0, c.0) * extent(a.1, b.1, c.1);
-        around > (1 << 24) as f64 * twice_area(self.points).abs() as f64
+        around > 16_777_216.0 * twice_area(self.points).abs() as f64
     }
 }

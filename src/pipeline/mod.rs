@@ -100,7 +100,10 @@ pub struct Pipeline {
 }
 
 impl Pipeline {
-    /// A pipeline for a culler's scene and settings. Each stage is one thread's work, so the culler's own threads have none;
+    /// A pipeline for a culler's scene and settings. By contribution culls best, since what it remembers is put right within the
+    /// frame; with [`Selection::PreviousVisible`](crate::occluders::Selection::PreviousVisible), the occluders are the visible
+    /// objects of the frame [`Schedule::frames_back`] before (GigaWalk §5.2), so leave
+    /// [`Settings::frames_back`](crate::cull::Settings::frames_back) at one. Each stage is one thread's work, so the culler's own threads have none;
     /// [`Settings::threads`](crate::cull::Settings::threads) had better be 1. A budget of time counts the stages, not what a frame
     /// waits between them.
     pub fn new(culler: Culler, schedule: Schedule) -> Pipeline {

@@ -9,7 +9,6 @@
 //! through one channel. A place that ends, however it ends, tells all others to end: nobody waits for a thread that has gone.
 
 use std::collections::VecDeque;
-use std::io;
 use std::panic::resume_unwind;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{Builder, scope};
@@ -169,12 +168,14 @@ pub fn run<F: Send, M: Send + Default, E>(
 ) -> Result<(), PipelineError<E>> {
     let threads = schedule.threads();
     let most = schedule.in_flight() + schedule.back() + threads;
-    let (of_places, mut receivers): (Vec<_>, VecDeque<_>) =
-        (0..threads).map(|_| sync_channel(most)).unzip();
-    let place_of = schedule.numbered();
+    let channels = (1..threads).map(|_| sync_channel(most));
+    let (mut of_places, inboxes_of_others): (Vec<_>, Vec<_>) = channels.unzip();
+    // The calling thread's place is the last one.
+    let (own_sender, own_inbox) = sync_channel(most);
+    of_places.push(own_sender);
     let inboxes = Inboxes {
         of_places,
-        place_of,
+        place_of: schedule.numbered(),
     };
     for _ in 0..schedule.back() {
         inboxes.send(Stage::Select, Message::Memory(M::default()));
@@ -192,12 +193,10 @@ pub fn run<F: Send, M: Send + Default, E>(
         .collect();
     let all = free.len();
 
-    // The calling thread's place is the last one.
-    let own_inbox = receivers.pop_back().ok_or_else(no_inbox)?;
     let result = scope(|scope| {
         let mut own = Place::new(own_inbox, &inboxes, schedule);
         let mut others = Vec::with_capacity(threads - 1);
-        for (number, inbox) in receivers.into_iter().enumerate() {
+        for (number, inbox) in inboxes_of_others.into_iter().enumerate() {
             let mut place = Place::new(inbox, &inboxes, schedule);
             let work = &work;
             let thread = Builder::new().name(format!("pipeline place {number}"));
@@ -248,10 +247,6 @@ pub fn run<F: Send, M: Send + Default, E>(
     });
     frames.extend(free.into_iter().map(|under_way| under_way.frame));
     result
-}
-
-fn no_inbox<E>() -> PipelineError<E> {
-    PipelineError::NoThreads(io::ErrorKind::Other.into())
 }
 
 #[cfg(test)]

@@ -37,6 +37,10 @@ fn every_schedule_is_compared_with_frames_one_by_one() {
         // The wall and, in two of three frames, the box beside it.
         let visible = flow["objects_visible"].as_f64().expect("a number");
         assert!((visible - 4.0 / 3.0).abs() < 1e-9, "{flow}");
+        let stages = flow["stages_us"].as_array().expect("a list");
+        let all: f64 = stages.iter().filter_map(Value::as_f64).sum();
+        let longest = flow["longest_place_us"].as_f64().expect("a number");
+        assert!(longest <= all * 1.000_001 && all <= longest * 3.0, "{flow}");
         for times in ["frame_us", "latency_us", "latency_95_us"] {
             let time = |which: &str| flow[times][which].as_f64().expect("a number");
             assert!(

@@ -197,14 +197,14 @@ fn table(report: &Report<'_>) -> String {
         report.budget,
         report.draw,
     );
-    out += "                         | us a frame      |  frames |    latency us        95 in 100 |  visible occluder | \
-            us: select    draw    cull   final\n\
-            flow             threads |  least   median | a second |  least  median    least  median |  objects triangles | \
-              \n";
+    out += "                         |      us a frame |   frames |  us of latency     95 in 100   |   visible  occluder | \
+            select    draw    cull   final | longest\n\
+            flow             threads |  least   median | a second |  least  median   least  median |   objects triangles | \
+            \x20                           us |   place\n";
     for flow in report.flows {
         let [select, draw, cull, last] = flow.stages_us;
         out += &format!(
-            "{:16} {:7} | {:6.0} {:8.0} | {:8.1} | {:6.0} {:7.0} {:8.0} {:7.0} | {:8.1} {:9.0} | {:10.0} {:7.0} {:7.0} {:7.0}\n",
+            "{:16} {:7} | {:6.0} {:8.0} | {:8.1} | {:6.0} {:7.0} {:7.0} {:7.0} | {:9.1} {:9.0} | {:6.0} {:7.0} {:7.0} {:7.0} | {:7.0}\n",
             flow.name,
             flow.threads,
             flow.frame_us.least,
@@ -220,7 +220,11 @@ fn table(report: &Report<'_>) -> String {
             draw,
             cull,
             last,
+            flow.longest_place_us,
         );
     }
+    out += "\nThe least and the median are of the repeats. The longest place is what a frame would take if each thread had a \
+            processor to itself,\nfrom the stages' means: what frames take beyond it is waiting for each other, and for the \
+            processors.";
     out
 }

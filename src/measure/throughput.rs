@@ -86,6 +86,8 @@ pub struct FlowReport {
     /// Selecting, drawing occluders, culling, and the final draw: the mean of each in the repeat that took least. Frame by frame, all
     /// before the final draw is culling.
     pub stages_us: [f64; 4],
+    /// What a frame would take if each place had a processor to itself ([`Schedule::longest_place`]).
+    pub longest_place_us: f64,
 }
 
 impl FlowReport {
@@ -216,21 +218,24 @@ impl Runner {
 
     fn report(&self, name: &str, flow: Flow) -> FlowReport {
         let of = |value: &dyn Fn(&Run) -> f64| least_and_median(self.runs.iter().map(value));
-        let (threads, frames_back) = match flow {
-            Flow::FrameByFrame { threads } => (threads, 1),
-            Flow::Pipeline(schedule) => (schedule.threads(), schedule.frames_back.max(1)),
+        // Frame by frame is a schedule, too.
+        let (threads, schedule) = match flow {
+            Flow::FrameByFrame { threads } => (threads, Schedule::SEQUENTIAL),
+            Flow::Pipeline(schedule) => (schedule.threads(), schedule),
         };
         let quickest = self.runs.iter().min_by_key(|run| run.time);
+        let stages_us = quickest.map_or([0.0; 4], |run| run.stages.map(|time| run.mean(us(time))));
         FlowReport {
             name: name.to_owned(),
             threads,
-            frames_back,
+            frames_back: schedule.frames_back.max(1),
             frame_us: of(&|run| run.mean(us(run.time))),
             latency_us: of(&|run| run.mean(run.latencies.iter().copied().map(us).sum())),
             latency_95_us: of(&Run::latency_95_us),
             objects_visible: quickest.map_or(0.0, |run| run.mean(run.objects_visible as f64)),
             occluder_triangles: quickest.map_or(0.0, |run| run.mean(run.occluder_triangles as f64)),
-            stages_us: quickest.map_or([0.0; 4], |run| run.stages.map(|time| run.mean(us(time)))),
+            stages_us,
+            longest_place_us: schedule.longest_place(stages_us),
         }
     }
 }

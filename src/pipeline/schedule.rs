@@ -1,15 +1,19 @@
 //! Schedules: which stage waits for which stage of which frame.
 //!
 //! ```text
-//!                        one frame                             frames
-//!  camera → select → draw occluders → cull → final draw     select N       waits for final draw N − in flight (its memory is free)
-//!             ↑                         │                   select N       waits for cull N − frames back (what it knows)
-//!             └── what is remembered ───┘                   other stages   wait for the stage before, of the same frame
+//! camera → select → draw occluders → cull → final draw      a frame
+//!             ↑                         │
+//!             └─── what is remembered ──┘                    of the frame `frames_back` before
 //! ```
 //!
-//! Stages at one place also wait for each other: the place is a thread. If several could go on there, the earliest stage does, which
-//! is the order of HOM figure 8.2: occluders of frame N + 1, then the final draw of frame N. Nothing ever waits for a later frame,
-//! so no schedule can come to a stop.
+//! - The select of frame N waits for the cull of frame N − `frames_back`, which says what was needed and seen, and for the final draw
+//!   of frame N − `frames_in_flight`, whose memory it takes.
+//! - Every other stage waits for the one before, of the same frame.
+//! - Stages at one place wait for each other: a place is a thread. If several could go on there, the earliest stage does. That is the
+//!   order of HOM figure 8.2: occluders of frame N + 1, then the final draw of frame N. (There the final draw also waits if the next
+//!   frame's occluders are not selected yet. Here it goes on.)
+//!
+//! Nothing ever waits for a later frame, so no schedule can come to a stop.
 //!
 //! **Invariant.** What a frame finds depends on its camera and on what it is told of the frame `frames_back` before it, never on who
 //! did what when. So schedules with the same `frames_back` find the same.
@@ -111,6 +115,16 @@ impl Schedule {
         }
     }
 
+    /// How long the longest place has to do if stages take so long: no frame can take less in a steady stream, and none takes more if
+    /// each place has a processor to itself, all frames are alike, and handing them on costs nothing.
+    pub fn longest_place(&self, stages: [f64; 4]) -> f64 {
+        let mut of_places = [0.0; 4];
+        for (place, time) in self.numbered().into_iter().zip(stages) {
+            of_places[place] += time;
+        }
+        of_places.into_iter().fold(0.0, f64::max)
+    }
+
     /// The place of each stage, from 0 without gaps, the last one that of the final draw.
     pub(super) fn numbered(&self) -> [usize; 4] {
         let last = self.places[3];
@@ -156,6 +170,15 @@ mod tests {
                 assert_eq!(fewer.frames_back, schedule.frames_back, "{name}");
             }
         }
+    }
+
+    #[test]
+    fn the_longest_place_is_the_sum_of_its_stages() {
+        let of = |schedule: Schedule| schedule.longest_place([1.0, 20.0, 30.0, 15.0]);
+        assert_eq!(of(Schedule::SEQUENTIAL), 66.0);
+        assert_eq!(of(Schedule::TWO_STAGE), 51.0);
+        assert_eq!(of(Schedule::THREE_STAGE), 35.0);
+        assert_eq!(of(Schedule::THREE_PROCESSES), 30.0);
     }
 
     #[test]

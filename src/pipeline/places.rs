@@ -385,23 +385,36 @@ mod tests {
         });
     }
 
-    /// The final draw of a frame waits for a stage of a later one: this would not end if they did not overlap.
+    /// A stage of a frame waits for a stage of a later one: this would not end if they did not overlap.
     #[test]
     fn stages_of_consecutive_frames_overlap() {
         let overlaps = [
-            (Schedule::TWO_STAGE, Stage::Cull, 1),
-            (Schedule::THREE_STAGE, Stage::Select, 2),
-            (Schedule::THREE_PROCESSES, Stage::Cull, 1),
-            (Schedule::THREE_PROCESSES, Stage::DrawOccluders, 2),
+            (Schedule::TWO_STAGE, Stage::FinalDraw, Stage::Cull, 1),
+            (Schedule::THREE_STAGE, Stage::FinalDraw, Stage::Select, 2),
+            (Schedule::THREE_STAGE, Stage::Cull, Stage::Select, 2),
+            (Schedule::THREE_STAGE, Stage::Cull, Stage::DrawOccluders, 1),
+            (Schedule::THREE_PROCESSES, Stage::FinalDraw, Stage::Cull, 1),
+            (
+                Schedule::THREE_PROCESSES,
+                Stage::FinalDraw,
+                Stage::DrawOccluders,
+                2,
+            ),
+            (
+                Schedule::THREE_PROCESSES,
+                Stage::Cull,
+                Stage::DrawOccluders,
+                1,
+            ),
         ];
-        for (schedule, awaited, ahead) in overlaps {
+        for (schedule, waits, awaited, ahead) in overlaps {
             ends(move || {
                 let (sender, receiver) = sync_channel(100);
                 let receiver = Mutex::new(receiver);
                 let stage = |stage, number| {
                     if stage == awaited {
                         sender.send(number).expect("room for all");
-                    } else if stage == Stage::FinalDraw && number + ahead < 20 {
+                    } else if stage == waits && number + ahead < 20 {
                         let done = receiver.lock().expect("one thread");
                         while done.recv().expect("a number") < number + ahead {}
                     }

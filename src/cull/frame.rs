@@ -11,7 +11,7 @@ use super::draw::{
 };
 use super::marks::Marks;
 use super::sampled::seen_nearby;
-use super::test::{Kept, LookMemory, TestMemory, look_closely, not_hidden};
+use super::test::{Kept, LookMemory, NOT_LOOKED_AT, TestMemory, look_closely, not_hidden};
 use super::traverse::{
     self, FrustumMemory, TraverseMemory, hide_subtrees, not_hidden_among, not_hidden_so_far,
 };
@@ -371,8 +371,9 @@ impl Frame<'_> {
         clock.lap(|times| &mut times.test);
 
         let questions = kept.iter().filter_map(|kept| match kept.footprint {
-            Footprint::Within(rect) if !is_open && !seen.is_trusted(kept.object) => {
-                Some((kept.object, rect))
+            Footprint::Within(rect) => {
+                let is_in_question = kept.seen != NOT_LOOKED_AT && !seen.is_trusted(kept.object);
+                (is_in_question && !is_open).then_some((kept.object, rect))
             }
             _ => None,
         });

@@ -385,6 +385,13 @@ impl OcclusionBuffer {
         }
     }
 
+    /// Whether so little is covered around a rectangle that what is in it is visible without a closer look: see
+    /// [`Approximation::transparency`](super::Approximation).
+    pub(crate) fn is_hardly_covered(&self, rect: &SampleRect) -> bool {
+        let holes = self.holes.as_ref();
+        holes.is_some_and(|holes| holes.is_hardly_covered(rect))
+    }
+
     /// Whether of the holes that are ignored a rectangle meets a larger part, in a tile, than a share of what may be ignored there.
     pub(crate) fn ignores_more_than(&self, share: f32, rect: &SampleRect) -> bool {
         let Some(holes) = &self.holes else {

@@ -18,8 +18,9 @@
 //! that what is behind it is visible without a closer look. `Tₜ,ₖ₊₁ = D·Tₜ,ₖ/4`: the covered pixels that are lost grow by `D` from level to
 //! level. This loses occlusion and no objects; 0, the default, loses nothing.
 
-use crate::view::MapScale;
 use antumbra_simd::TILE_SIZE;
+
+use crate::view::MapScale;
 
 /// How much may be lost.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -137,8 +138,11 @@ impl Approximation {
     }
 
     fn factor(&self) -> f64 {
-        // NaN comes out as 1.
-        self.distribution.max(1.0).min(4.0)
+        if self.distribution > 1.0 {
+            self.distribution.min(4.0)
+        } else {
+            1.0
+        }
     }
 
     /// What a count of pixels is worth at a level: `D` times as much from level to level.

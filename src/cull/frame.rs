@@ -11,6 +11,7 @@ use super::test::{Kept, LookMemory, TestMemory, look_closely, not_hidden};
 use super::traverse::{
     self, FrustumMemory, TraverseMemory, hide_subtrees, not_hidden_among, not_hidden_so_far,
 };
+use super::two_passes::TwoPassMemory;
 use super::{Frame, Remembered, StageTimes, Statistics, VisibleSet, grow, share_of};
 use crate::occluders::{
     Budget, Contributions, DrawnCluster, Selection, distance_keys, keep_active, keep_promising,
@@ -50,6 +51,7 @@ pub struct Memory {
     kept: Vec<Kept>,
     look: LookMemory,
     test: TestMemory,
+    pub(super) two_passes: TwoPassMemory,
     hidden: Marks,
 }
 
@@ -67,7 +69,10 @@ impl Frame<'_> {
         let settings = self.settings;
         self.begin(camera, buffer, memory, found);
         // Where everything is drawn there is nothing to choose.
-        if settings.occluders == Selection::Contribution && settings.budget != Budget::All {
+        let is_by_contribution = settings.occluders == Selection::Contribution
+            && settings.budget != Budget::All
+            && self.asks_before_drawing();
+        if is_by_contribution {
             self.by_contribution(camera, buffer, remembered, memory, found, &mut clock);
         } else {
             self.in_order(camera, buffer, remembered, memory, found, &mut clock);
@@ -164,7 +169,9 @@ impl Frame<'_> {
             let Drawn {
                 hidden, statistics, ..
             } = &mut drawn;
-            hide_subtrees(self, buffer, &mut memory.traverse, hidden, statistics);
+            if self.asks_before_drawing() {
+                hide_subtrees(self, buffer, &mut memory.traverse, hidden, statistics);
+            }
         } else {
             draw_occluders(self, candidates, buffer, &mut memory.draw, &mut drawn);
         }
@@ -184,6 +191,13 @@ impl Frame<'_> {
         clock: &mut Clock,
     ) {
         self.tasks.alone(Work::Finish, || buffer.finish());
+        if !self.asks_before_drawing() {
+            let (in_frustum, two_passes) = (&memory.in_frustum, &mut memory.two_passes);
+            self.finish_depth(buffer, &found.occluders, two_passes);
+            clock.lap(|times| &mut times.pyramid);
+            self.ask_behind(buffer, in_frustum, &mut memory.hidden, two_passes, found);
+            return;
+        }
         clock.lap(|times| &mut times.pyramid);
         let undecided = |&&object: &&u32| {
             !memory.hidden.has(object) || self.scene.objects()[object as usize].never_cull

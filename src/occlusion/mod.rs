@@ -2,7 +2,7 @@
 //!
 //! A question runs through the files in this order: a shape's `footprint` on screen, the rectangle of samples it may
 //! cover and its nearest depth; the `overlap` test of that rectangle, where holes are ignored against the pyramid of
-//! occlusion maps (`map`); the `depth` test against the no-background Z-buffer. Occluded means that both pass (HOM §3.1);
+//! occlusion maps (`map`); the `depth` test against the no-background Z-buffer, or one of three other representations. Occluded means that both pass (HOM §3.1);
 //! exactly, both are asked at once ([`antumbra_simd::query`]). A box that those do not
 //! hide, and that does not show itself at one of a few samples, is asked again, more closely (`outline`): with its silhouette in place of the rectangle and its sloped faces in
 //! place of the nearest depth (`projected_box`). [`OcclusionBuffer`] (`buffer`) puts them together for an engine that
@@ -18,7 +18,10 @@ mod projected_box;
 
 pub use crate::scene::OrientedBox;
 pub use buffer::{Occluder, OcclusionBuffer, Sphere, Visibility};
-pub use depth::is_behind;
+pub use depth::{
+    DepthMap, DepthRepresentation, DrawnSurface, ESTIMATION_CELLS, EstimationBuffer, FarPlane,
+    HierarchicalZ, MOST_NTH, UnknownDepthRepresentation, is_behind,
+};
 pub use footprint::{Footprint, SampleRect, Screen};
 pub use map::{Accuracy, OcclusionMap};
 pub use outline::is_outline_hidden;

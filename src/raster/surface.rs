@@ -1,0 +1,178 @@
+//! The triangles of a surface that is drawn elsewhere, for whoever needs their depth at each sample.
+//!
+//! The final pass writes each triangle's depth by a formula that begins at the triangle's first corner, and draws what clipping
+//! leaves of it as a fan that begins there as well. Which corner that is, is not known here: clusters turn triangles when they
+//! pair them. A clipped triangle therefore comes with the planes of all three fans, and which of them the final pass takes at a
+//! sample, it is no farther than the farthest of all; what else turning does is rounding ([`SurfaceTriangles::depth_at`]).
+
+use antumbra_simd::triangle::{CullMode, DepthPlane, Triangle};
+use antumbra_simd::vertex::{ClipVertex, ScreenTransform, ScreenVertex, transform};
+
+use super::clip::clip_triangle;
+use crate::prepare::ClusterGeometry;
+use crate::view::PictureSize;
+
+/// How far two formulas of one plane may lie from each other, as a part of the range of the vertices' depths: twice
+/// [`DepthPlane::SLOPE_ERROR`], for the one and for the other.
+const TURNING_ERROR: f64 = 2.0 * DepthPlane::SLOPE_ERROR;
+
+/// The same as a part of the depths themselves: twice 2⁻⁵⁰, and half a step of the formula's f32.
+const ROUNDING_ERROR: f64 = 1.0 / (1_u64 << 23) as f64;
+
+/// Triangles that are ready to be drawn, with all planes that may be theirs.
+#[derive(Clone, Debug, Default)]
+pub struct SurfaceTriangles {
+    triangles: Vec<SurfaceTriangle>,
+    planes: Vec<DepthPlane>,
+    /// The vertices of the cluster that is being added.
+    corners: Vec<(ClipVertex, Option<ScreenVertex>)>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct SurfaceTriangle {
+    triangle: Triangle,
+    first_plane: u32,
+    planes: u32,
+}
+
+impl SurfaceTriangles {
+    /// Forgets all triangles.
+    pub fn clear(&mut self) {
+        self.triangles.clear();
+        self.planes.clear();
+    }
+
+    /// Adds those triangles of a cluster that can cover a sample of the picture.
+    pub fn add(
+        &mut self,
+        cluster: &ClusterGeometry<'_>,
+        screen: &ScreenTransform,
+        cull: CullMode,
+        size: PictureSize,
+    ) {
+        let (width, height) = (size.width() as i32, size.height() as i32);
+        self.corners.clear();
+        self.corners.extend((0..cluster.vertex_count).map(|i| {
+            let corner = transform(screen, [cluster.x[i], cluster.y[i], cluster.z[i]]);
+            let is_inside = corner.is_inside(screen);
+            (corner, is_inside.then(|| corner.snap()))
+        }));
+        for triangle in cluster.triangles() {
+            let corners = triangle.map(|i| self.corners[usize::from(i)]);
+            let first_plane = self.planes.len() as u32;
+            let first = self.triangles.len();
+            let add = |triangles: &mut Vec<SurfaceTriangle>, triangle: Triangle| {
+                let within = triangle.within(width, height);
+                triangles.extend(within.map(|triangle| SurfaceTriangle {
+                    triangle,
+                    first_plane,
+                    planes: 0,
+                }));
+            };
+            if let [(_, Some(a)), (_, Some(b)), (_, Some(c))] = corners {
+                if let Some(triangle) = Triangle::new([a, b, c], cull) {
+                    self.planes.push(triangle.depth);
+                    add(&mut self.triangles, triangle);
+                }
+            } else {
+                for turn in 0..3 {
+                    let turned = [0, 1, 2].map(|i| corners[(i + turn) % 3].0);
+                    clip_triangle(turned, screen, |vertices| {
+                        if let Some(triangle) = Triangle::new(vertices, cull) {
+                            self.planes.push(triangle.depth);
+                            if turn == 0 {
+                                add(&mut self.triangles, triangle);
+                            }
+                        }
+                    });
+                }
+            }
+            let planes = self.planes.len() as u32 - first_plane;
+            for triangle in &mut self.triangles[first..] {
+                triangle.planes = planes;
+            }
+        }
+    }
+
+    /// The triangles, each with the planes that may be its own.
+    pub fn iter(&self) -> impl Iterator<Item = (&Triangle, &[DepthPlane])> {
+        self.triangles.iter().map(|of| {
+            let planes = &self.planes[of.first_plane as usize..][..of.planes as usize];
+            (&of.triangle, planes)
+        })
+    }
+
+    /// A depth that no formula of these planes is farther than, at a sample of the triangle that they belong to.
+    #[inline]
+    pub fn depth_at(planes: &[DepthPlane], x: i32, y: i32) -> f32 {
+        let mut farthest = f32::INFINITY;
+        for plane in planes {
+            let depth = no_nearer(plane, x, y);
+            farthest = if depth < farthest { depth } else { farthest };
+        }
+        farthest
+    }
+}
+
+/// A depth that no formula of this plane is farther than, wherever it begins.
+#[inline]
+fn no_nearer(plane: &DepthPlane, x: i32, y: i32) -> f32 {
+    let magnitude = if plane.nearest > -plane.farthest {
+        plane.nearest
+    } else {
+        -plane.farthest
+    };
+    let error = (plane.nearest - plane.farthest) * TURNING_ERROR + magnitude * ROUNDING_ERROR;
+    let lowered = ((f64::from(plane.at(x, y)) - error) as f32).next_down();
+    // No formula leaves the range of the vertices' depths, and rounding keeps their order.
+    let farthest = plane.farthest as f32;
+    if lowered > farthest {
+        lowered
+    } else {
+        farthest
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn turned(v: [ScreenVertex; 3], turn: usize) -> DepthPlane {
+        let v = [0, 1, 2].map(|i| v[(i + turn) % 3]);
+        Triangle::new(v, CullMode::None).expect("a triangle").depth
+    }
+
+    /// Whichever corner a formula begins at, it is no farther than what any other says here.
+    #[test]
+    fn turning_a_triangle_changes_no_more_than_is_taken_off() {
+        let mut state = 7_u64;
+        let mut random = |most: i32| {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            (state >> 33) as i32 % most
+        };
+        let mut differ = 0;
+        for _ in 0..2_000 {
+            let v = [0; 3].map(|_| ScreenVertex {
+                x: random(200_000) - 50_000,
+                y: random(200_000) - 50_000,
+                depth: f64::from(random(1 << 30)) / f64::from(1 << 30),
+            });
+            if Triangle::new(v, CullMode::None).is_none() {
+                continue;
+            }
+            let planes = [0, 1, 2].map(|turn| turned(v, turn));
+            for _ in 0..20 {
+                let (x, y) = (random(600), random(600));
+                for a in &planes {
+                    for b in &planes {
+                        assert!(no_nearer(a, x, y) <= b.at(x, y), "{a:?} {b:?} at {x}, {y}");
+                        differ += i32::from(a.at(x, y) != b.at(x, y));
+                    }
+                }
+            }
+        }
+        assert!(differ > 0, "there is something to take off");
+    }
+}

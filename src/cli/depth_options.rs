@@ -30,7 +30,7 @@ impl DepthOptions {
     /// # Errors
     /// If the options do not go together.
     pub fn of(self, settings: Settings) -> Result<Settings, Failure> {
-        let refuse = |why: &str| Err(Failure::Failed(why.to_owned()));
+        let refuse = |why: &str| Err(Failure::Usage(why.to_owned()));
         let is_default = self.depth == DepthRepresentation::NoBackground;
         if !is_default && settings.map_scale != MapScale::Full {
             return refuse(

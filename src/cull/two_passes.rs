@@ -136,7 +136,7 @@ impl Frame<'_> {
                 &mut footprints,
             );
             triangles.clear();
-            if depth.takes_triangles() {
+            if depth.takes_triangles(footprints[0]) {
                 let cull = match (cluster.double_sided, is_mirroring(&object.world_from_local)) {
                     (true, _) => CullMode::None,
                     (false, false) => CullMode::Back,

@@ -20,6 +20,6 @@ pub use assemble::{Assembler, Geometry, GeometryError, Positions};
 pub use blocks::BlockList;
 pub use cluster::ClusterAssembler;
 pub use object::{ObjectAssembler, ObjectTriangle};
-pub use surface::SurfaceTriangles;
+pub use surface::{LoweredPlane, SurfaceTriangles};
 pub use tiles::TileBuffer;
 pub use traverse::{for_each_sample, for_each_tile};

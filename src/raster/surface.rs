@@ -3,8 +3,9 @@
 //! The final pass writes each triangle's depth by a formula that begins at the triangle's first corner, and draws what clipping
 //! leaves of it as a fan that begins there as well. Which corner that is, is not known here: clusters turn triangles when they
 //! pair them. A clipped triangle therefore comes with the planes of all three fans, and which of them the final pass takes at a
-//! sample, it is no farther than the farthest of all; what else turning does is rounding ([`SurfaceTriangles::depth_at`]).
+//! sample, it is no farther than the farthest of all; what else turning does is rounding ([`LoweredPlane`]).
 
+use antumbra_simd::TILE_SIZE;
 use antumbra_simd::triangle::{CullMode, DepthPlane, Triangle};
 use antumbra_simd::vertex::{ClipVertex, ScreenTransform, ScreenVertex, transform};
 
@@ -16,16 +17,26 @@ use crate::view::PictureSize;
 /// [`DepthPlane::SLOPE_ERROR`], for the one and for the other.
 const TURNING_ERROR: f64 = 2.0 * DepthPlane::SLOPE_ERROR;
 
-/// The same as a part of the depths themselves: twice 2⁻⁵⁰, and half a step of the formula's f32.
-const ROUNDING_ERROR: f64 = 1.0 / (1_u64 << 23) as f64;
+/// The same as a part of the depths themselves: twice 2⁻⁵⁰, and the roundings of the difference. Rounding to f32 keeps order.
+const ROUNDING_ERROR: f64 = 1.0 / (1_u64 << 48) as f64;
+
+/// Samples of a row of a tile.
+const ROW: usize = TILE_SIZE as usize;
 
 /// Triangles that are ready to be drawn, with all planes that may be theirs.
 #[derive(Clone, Debug, Default)]
 pub struct SurfaceTriangles {
     triangles: Vec<SurfaceTriangle>,
-    planes: Vec<DepthPlane>,
+    planes: Vec<LoweredPlane>,
     /// The vertices of the cluster that is being added.
     corners: Vec<(ClipVertex, Option<ScreenVertex>)>,
+}
+
+/// A plane, and by how much what any formula of it says may be farther than what this one says.
+#[derive(Clone, Copy, Debug)]
+pub struct LoweredPlane {
+    plane: DepthPlane,
+    error: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -71,7 +82,7 @@ impl SurfaceTriangles {
             };
             if let [(_, Some(a)), (_, Some(b)), (_, Some(c))] = corners {
                 if let Some(triangle) = Triangle::new([a, b, c], cull) {
-                    self.planes.push(triangle.depth);
+                    self.planes.push(LoweredPlane::new(triangle.depth));
                     add(&mut self.triangles, triangle);
                 }
             } else {
@@ -79,7 +90,7 @@ impl SurfaceTriangles {
                     let turned = [0, 1, 2].map(|i| corners[(i + turn) % 3].0);
                     clip_triangle(turned, screen, |vertices| {
                         if let Some(triangle) = Triangle::new(vertices, cull) {
-                            self.planes.push(triangle.depth);
+                            self.planes.push(LoweredPlane::new(triangle.depth));
                             if turn == 0 {
                                 add(&mut self.triangles, triangle);
                             }
@@ -95,41 +106,60 @@ impl SurfaceTriangles {
     }
 
     /// The triangles, each with the planes that may be its own.
-    pub fn iter(&self) -> impl Iterator<Item = (&Triangle, &[DepthPlane])> {
+    pub fn iter(&self) -> impl Iterator<Item = (&Triangle, &[LoweredPlane])> {
         self.triangles.iter().map(|of| {
             let planes = &self.planes[of.first_plane as usize..][..of.planes as usize];
             (&of.triangle, planes)
         })
     }
-
-    /// A depth that no formula of these planes is farther than, at a sample of the triangle that they belong to.
-    #[inline]
-    pub fn depth_at(planes: &[DepthPlane], x: i32, y: i32) -> f32 {
-        let mut farthest = f32::INFINITY;
-        for plane in planes {
-            let depth = no_nearer(plane, x, y);
-            farthest = if depth < farthest { depth } else { farthest };
-        }
-        farthest
-    }
 }
 
-/// A depth that no formula of this plane is farther than, wherever it begins.
-#[inline]
-fn no_nearer(plane: &DepthPlane, x: i32, y: i32) -> f32 {
-    let magnitude = if plane.nearest > -plane.farthest {
-        plane.nearest
-    } else {
-        -plane.farthest
-    };
-    let error = (plane.nearest - plane.farthest) * TURNING_ERROR + magnitude * ROUNDING_ERROR;
-    let lowered = ((f64::from(plane.at(x, y)) - error) as f32).next_down();
-    // No formula leaves the range of the vertices' depths, and rounding keeps their order.
-    let farthest = plane.farthest as f32;
-    if lowered > farthest {
-        lowered
-    } else {
-        farthest
+impl LoweredPlane {
+    fn new(plane: DepthPlane) -> LoweredPlane {
+        let magnitude = if plane.nearest > -plane.farthest {
+            plane.nearest
+        } else {
+            -plane.farthest
+        };
+        let range = plane.nearest - plane.farthest;
+        LoweredPlane {
+            plane,
+            error: range * TURNING_ERROR + magnitude * ROUNDING_ERROR,
+        }
+    }
+
+    /// The nearest that the plane is anywhere.
+    pub fn nearest(&self) -> f32 {
+        self.plane.nearest as f32
+    }
+
+    /// Depths at the samples of a row of a tile, the first of which is in column `x`, that no formula of any of these planes is
+    /// farther than.
+    #[inline]
+    pub fn depths_of_row(planes: &[LoweredPlane], x: i32, y: i32) -> [f32; ROW] {
+        let mut row = [f32::INFINITY; ROW];
+        for plane in planes {
+            for (column, depth) in (0..).zip(&mut row) {
+                let lowered = plane.lowered(x + column, y);
+                *depth = if lowered < *depth { lowered } else { *depth };
+            }
+        }
+        row
+    }
+
+    #[inline]
+    fn lowered(&self, x: i32, y: i32) -> f32 {
+        let p = &self.plane;
+        // As `DepthPlane::at` has it, but for the rounding in the end.
+        let depth = (p.depth + p.slope_y * (f64::from(y) - p.origin_y))
+            + p.slope_x * (f64::from(x) - p.origin_x);
+        let depth = if depth > p.nearest { p.nearest } else { depth } - self.error;
+        // No formula leaves the range of the vertices' depths. In this order a NaN comes out as the farthest.
+        if depth > p.farthest {
+            depth as f32
+        } else {
+            p.farthest as f32
+        }
     }
 }
 
@@ -163,11 +193,14 @@ mod tests {
                 continue;
             }
             let planes = [0, 1, 2].map(|turn| turned(v, turn));
+            let lowered = planes.map(LoweredPlane::new);
             for _ in 0..20 {
                 let (x, y) = (random(600), random(600));
-                for a in &planes {
+                for (a, lowered) in planes.iter().zip(&lowered) {
                     for b in &planes {
-                        assert!(no_nearer(a, x, y) <= b.at(x, y), "{a:?} {b:?} at {x}, {y}");
+                        let depths = LoweredPlane::depths_of_row(&[*lowered], x - 3, y);
+                        assert!(depths[3] <= b.at(x, y), "{a:?} {b:?} at {x}, {y}");
+                        assert!(b.at(x, y) - depths[3] <= 1e-6, "{a:?} {b:?} at {x}, {y}");
                         differ += i32::from(a.at(x, y) != b.at(x, y));
                     }
                 }

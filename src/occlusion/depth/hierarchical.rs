@@ -24,8 +24,8 @@ use antumbra_simd::TILE_SIZE;
 use antumbra_simd::tile::UNCOVERED;
 
 use super::DrawnSurface;
-use crate::occlusion::SampleRect;
-use crate::raster::{SurfaceTriangles, for_each_tile};
+use crate::occlusion::{Footprint, SampleRect};
+use crate::raster::{LoweredPlane, for_each_tile};
 use crate::view::PictureSize;
 
 /// The most N: the samples of a tile.
@@ -36,8 +36,8 @@ const TILE: usize = TILE_SIZE as usize;
 /// Cells of this level have a tile's size.
 const LEVEL_OF_TILES: usize = TILE.trailing_zeros() as usize;
 
-/// The depth of a sample that nothing covers, while there is still drawing: any surface is nearer.
-const NOTHING: f32 = f32::NEG_INFINITY;
+/// A tile that is not wholly covered: no surface is farther than that.
+const OPEN: f32 = f32::NEG_INFINITY;
 
 /// The nearest depth of what was drawn at each sample, and the farthest of cells.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,6 +45,8 @@ pub struct HierarchicalZ {
     size: PictureSize,
     /// Level 0, with whole tiles.
     samples: Level,
+    /// The farthest depth of each tile, so that what is farther is passed over; [`OPEN`] if one of its samples is not covered.
+    farthest: Vec<f32>,
     /// Level 1 and those above, as of the last [`HierarchicalZ::finish`].
     levels: Vec<Level>,
 }
@@ -91,36 +93,70 @@ impl HierarchicalZ {
         }
         HierarchicalZ {
             size,
-            samples: Level::new(across, down, 1, NOTHING),
+            samples: Level::new(across, down, 1, UNCOVERED),
+            farthest: vec![OPEN; size.tiles_across() * size.tiles_down()],
             levels,
         }
     }
 
     /// Forgets all that was drawn.
     pub fn clear(&mut self) {
-        self.samples.depths.fill(NOTHING);
+        self.samples.depths.fill(UNCOVERED);
+        self.farthest.fill(OPEN);
+    }
+
+    /// Whether all that is within a footprint is farther than what is drawn there, so that drawing it would change nothing.
+    pub fn is_farther_than_drawn(&self, footprint: Footprint) -> bool {
+        let rect = match footprint {
+            Footprint::Unbounded => return false,
+            Footprint::Nowhere => return true,
+            Footprint::Within(rect) => rect,
+        };
+        let across = self.size.tiles_across();
+        let [x, y] = [rect.x, rect.y].map(|ends| ends.map(|end| end as usize / TILE));
+        (y[0]..=y[1]).all(|row| {
+            let tiles = &self.farthest[row * across..][x[0]..=x[1]];
+            tiles.iter().all(|&farthest| rect.nearest_depth <= farthest)
+        })
     }
 
     /// Draws triangles into the Z-buffer.
     pub fn note(&mut self, drawn: &DrawnSurface<'_>) {
         let rows = 0..self.size.tiles_down() as i32;
-        let across = self.samples.width;
+        let (tiles_across, across) = (self.size.tiles_across(), self.samples.width);
         for (triangle, planes) in drawn.triangles.iter() {
+            let nearest = planes.iter().map(LoweredPlane::nearest);
+            let nearest = nearest.fold(f32::NEG_INFINITY, f32::max);
             for_each_tile(triangle, rows.clone(), |tile_x, tile_y, mask| {
-                for row in 0..TILE_SIZE {
+                let farthest = &mut self.farthest[tile_y as usize * tiles_across + tile_x as usize];
+                if nearest <= *farthest {
+                    return;
+                }
+                let (x, y) = (tile_x * TILE_SIZE, tile_y * TILE_SIZE);
+                let tile = &mut self.samples.depths[y as usize * across + x as usize..];
+                let (mut least, mut is_open) = (UNCOVERED, false);
+                for (row, samples) in (0..TILE_SIZE).zip(tile.chunks_mut(across)) {
+                    let samples = &mut samples[..TILE];
                     let covered = mask >> (TILE_SIZE * row) & 0xff;
-                    if covered == 0 {
-                        continue;
-                    }
-                    let (x, y) = (tile_x * TILE_SIZE, tile_y * TILE_SIZE + row);
-                    let samples = &mut self.samples.depths[y as usize * across + x as usize..];
-                    for (column, sample) in (0..).zip(&mut samples[..TILE]) {
-                        let depth = SurfaceTriangles::depth_at(planes, x + column, y);
-                        if covered >> column & 1 == 1 && depth > *sample {
-                            *sample = depth;
+                    if covered != 0 {
+                        let depths = LoweredPlane::depths_of_row(planes, x, y + row);
+                        for (column, (sample, depth)) in samples.iter_mut().zip(depths).enumerate()
+                        {
+                            let is_nearer = depth > *sample || *sample == UNCOVERED;
+                            let is_covered = covered >> column & 1 == 1;
+                            *sample = if is_covered & is_nearer {
+                                depth
+                            } else {
+                                *sample
+                            };
                         }
                     }
+                    for &sample in &*samples {
+                        is_open |= sample == UNCOVERED;
+                        least = lesser(least, sample);
+                    }
                 }
+                *farthest = if is_open { OPEN } else { least };
             });
         }
     }
@@ -134,12 +170,12 @@ impl HierarchicalZ {
                 farthest_of_tiles(&self.samples, coarser);
             } else if let Some(finer) = finer.last() {
                 if coarser.kept == 1 {
-                    farthest_of_four(finer, coarser, |depth| depth);
+                    farthest_of_four(finer, coarser);
                 } else {
                     several_of_four(finer, coarser);
                 }
             } else {
-                farthest_of_four(&self.samples, coarser, known);
+                farthest_of_four(&self.samples, coarser);
             }
         }
     }
@@ -164,7 +200,7 @@ impl HierarchicalZ {
     /// The N-th farthest depth in a cell of a level.
     pub fn depth_of_cell(&self, level: usize, x: usize, y: usize) -> f32 {
         match level.checked_sub(1) {
-            None => known(self.samples.cell(x, y)[0]),
+            None => self.samples.cell(x, y)[0],
             Some(above) => {
                 let level = &self.levels[above];
                 level.cell(x, y)[level.kept - 1]
@@ -173,30 +209,25 @@ impl HierarchicalZ {
     }
 }
 
-/// The depth of a sample as questions take it.
-fn known(depth: f32) -> f32 {
-    if depth == NOTHING { UNCOVERED } else { depth }
-}
-
 fn lesser(a: f32, b: f32) -> f32 {
     if b < a { b } else { a }
 }
 
 /// The farthest of two by two cells that keep one depth each.
-fn farthest_of_four(finer: &Level, coarser: &mut Level, known: impl Fn(f32) -> f32) {
+fn farthest_of_four(finer: &Level, coarser: &mut Level) {
     let rows = coarser.depths.chunks_exact_mut(coarser.width);
     for (row, cells) in rows.enumerate() {
         let of_row = |row: usize| &finer.depths[row * finer.width..][..finer.width];
         let above = of_row(2 * row);
         // What is missing beyond the border changes nothing if it is there twice.
         let below = of_row((2 * row + 1).min(finer.height - 1));
-        let pairs = above.chunks(2).zip(below.chunks(2));
-        for (cell, (above, below)) in cells.iter_mut().zip(pairs) {
-            let last = above.len() - 1;
-            *cell = lesser(
-                lesser(known(above[0]), known(above[last])),
-                lesser(known(below[0]), known(below[last])),
-            );
+        let (above, last_above) = above.as_chunks::<2>();
+        let (below, last_below) = below.as_chunks::<2>();
+        for (cell, (above, below)) in cells.iter_mut().zip(above.iter().zip(below)) {
+            *cell = lesser(lesser(above[0], above[1]), lesser(below[0], below[1]));
+        }
+        if let ([above], [below], Some(cell)) = (last_above, last_below, cells.last_mut()) {
+            *cell = lesser(*above, *below);
         }
     }
 }
@@ -209,9 +240,7 @@ fn farthest_of_tiles(samples: &Level, tiles: &mut Level) {
         let mut depths = [UNCOVERED; TILE * TILE];
         for (row, depths) in depths.chunks_exact_mut(TILE).enumerate() {
             let samples = &samples.depths[(y + row) * samples.width + x..][..TILE];
-            for (depth, &sample) in depths.iter_mut().zip(samples) {
-                *depth = known(sample);
-            }
+            depths.copy_from_slice(samples);
         }
         depths.sort_unstable_by(f32::total_cmp);
         farthest.copy_from_slice(&depths[..kept]);
@@ -267,7 +296,7 @@ mod tests {
             .wrapping_mul(0x2545_f491_4f6c_dd1d)
             >> 40;
         if mixed % 8 == 0 {
-            NOTHING
+            UNCOVERED
         } else {
             mixed as f32 / (1 << 24) as f32
         }
@@ -285,7 +314,7 @@ mod tests {
                         for x in 0..width.div_ceil(edge) {
                             let span = |c: usize, most: usize| c * edge..((c + 1) * edge).min(most);
                             let mut depths: Vec<f32> = span(y, height)
-                                .flat_map(|y| span(x, width).map(move |x| known(noise(x, y))))
+                                .flat_map(|y| span(x, width).map(move |x| noise(x, y)))
                                 .collect();
                             depths.sort_unstable_by(f32::total_cmp);
                             let of_them = if level < LEVEL_OF_TILES {

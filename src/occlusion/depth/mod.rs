@@ -117,7 +117,7 @@ pub struct DrawnSurface<'a> {
     pub footprint: Footprint,
     /// No sample of it is farther.
     pub farthest_depth: f32,
-    /// Its triangles; only a Z-buffer looks at them.
+    /// Its triangles, if they are [asked for](DepthMap::takes_triangles).
     pub triangles: &'a SurfaceTriangles,
 }
 
@@ -125,7 +125,7 @@ pub struct DrawnSurface<'a> {
 ///
 /// Each frame: [`clear`](DepthMap::clear), [`note`](DepthMap::note) all that is drawn, [`finish`](DepthMap::finish), and ask
 /// whether rectangles are [behind](DepthMap::is_behind), from any number of threads.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum DepthMap {
     /// See [`DepthRepresentation::Plane`].
     Plane(FarPlane),
@@ -150,9 +150,12 @@ impl DepthMap {
         }
     }
 
-    /// Whether [`DepthMap::note`] looks at triangles.
-    pub fn takes_triangles(&self) -> bool {
-        matches!(self, DepthMap::Hierarchical(_))
+    /// Whether [`DepthMap::note`] has to know the triangles of what is drawn within a footprint.
+    pub fn takes_triangles(&self, footprint: Footprint) -> bool {
+        match self {
+            DepthMap::Hierarchical(z) => !z.is_farther_than_drawn(footprint),
+            _ => false,
+        }
     }
 
     /// Forgets all that was drawn.

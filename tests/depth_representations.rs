@@ -196,7 +196,15 @@ fn never_culls_what_owns_a_pixel_of_a_generated_city() {
                 *all_culled += culled(culler, camera, &found);
             }
         }
-        assert!(all_culled[HIERARCHICAL] > 500, "{all_culled:?}");
+        let least = if budget == Budget::Triangles(1_000) {
+            200
+        } else {
+            500
+        };
+        assert!(
+            all_culled[HIERARCHICAL] > least,
+            "{budget:?}: {all_culled:?}"
+        );
     }
 }
 

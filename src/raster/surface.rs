@@ -2,8 +2,8 @@
 //!
 //! The final pass writes each triangle's depth by a formula that begins at the triangle's first corner, and draws what clipping
 //! leaves of it as a fan that begins there as well. Which corner that is, is not known here: clusters turn triangles when they
-//! pair them. A clipped triangle therefore comes with the planes of all three fans, and which of them the final pass takes at a
-//! sample, it is no farther than the farthest of all; what else turning does is rounding ([`LoweredPlane`]).
+//! pair them. A clipped triangle therefore comes with the other two fans, and at a sample counts what is farthest of those that
+//! cover it; what else turning does is rounding ([`LoweredPlane`]).
 
 use antumbra_simd::TILE_SIZE;
 use antumbra_simd::triangle::{CullMode, DepthPlane, Triangle};
@@ -23,13 +23,22 @@ const ROUNDING_ERROR: f64 = 1.0 / (1_u64 << 48) as f64;
 /// Samples of a row of a tile.
 const ROW: usize = TILE_SIZE as usize;
 
-/// Triangles that are ready to be drawn, with all planes that may be theirs.
+/// Triangles that are ready to be drawn.
 #[derive(Clone, Debug, Default)]
 pub struct SurfaceTriangles {
     triangles: Vec<SurfaceTriangle>,
-    planes: Vec<LoweredPlane>,
+    /// The triangles of other fans.
+    others: Vec<Triangle>,
     /// The vertices of the cluster that is being added.
     corners: Vec<(ClipVertex, Option<ScreenVertex>)>,
+}
+
+/// A triangle, and those that may be drawn in its place.
+#[derive(Clone, Copy, Debug)]
+struct SurfaceTriangle {
+    triangle: Triangle,
+    first_other: u32,
+    others: u32,
 }
 
 /// A plane, and by how much what any formula of it says may be farther than what this one says.
@@ -39,18 +48,11 @@ pub struct LoweredPlane {
     error: f64,
 }
 
-#[derive(Clone, Copy, Debug)]
-struct SurfaceTriangle {
-    triangle: Triangle,
-    first_plane: u32,
-    planes: u32,
-}
-
 impl SurfaceTriangles {
     /// Forgets all triangles.
     pub fn clear(&mut self) {
         self.triangles.clear();
-        self.planes.clear();
+        self.others.clear();
     }
 
     /// Adds those triangles of a cluster that can cover a sample of the picture.
@@ -61,7 +63,10 @@ impl SurfaceTriangles {
         cull: CullMode,
         size: PictureSize,
     ) {
-        let (width, height) = (size.width() as i32, size.height() as i32);
+        let set_up = |vertices: [ScreenVertex; 3]| {
+            let triangle = Triangle::new(vertices, cull);
+            triangle.and_then(|t| t.within(size.width() as i32, size.height() as i32))
+        };
         self.corners.clear();
         self.corners.extend((0..cluster.vertex_count).map(|i| {
             let corner = transform(screen, [cluster.x[i], cluster.y[i], cluster.z[i]]);
@@ -70,52 +75,50 @@ impl SurfaceTriangles {
         }));
         for triangle in cluster.triangles() {
             let corners = triangle.map(|i| self.corners[usize::from(i)]);
-            let first_plane = self.planes.len() as u32;
             let first = self.triangles.len();
-            let add = |triangles: &mut Vec<SurfaceTriangle>, triangle: Triangle| {
-                let within = triangle.within(width, height);
-                triangles.extend(within.map(|triangle| SurfaceTriangle {
-                    triangle,
-                    first_plane,
-                    planes: 0,
-                }));
+            let first_other = self.others.len() as u32;
+            let alone = |triangle| SurfaceTriangle {
+                triangle,
+                first_other,
+                others: 0,
             };
             if let [(_, Some(a)), (_, Some(b)), (_, Some(c))] = corners {
-                if let Some(triangle) = Triangle::new([a, b, c], cull) {
-                    self.planes.push(LoweredPlane::new(triangle.depth));
-                    add(&mut self.triangles, triangle);
-                }
-            } else {
-                for turn in 0..3 {
-                    let turned = [0, 1, 2].map(|i| corners[(i + turn) % 3].0);
-                    clip_triangle(turned, screen, |vertices| {
-                        if let Some(triangle) = Triangle::new(vertices, cull) {
-                            self.planes.push(LoweredPlane::new(triangle.depth));
-                            if turn == 0 {
-                                add(&mut self.triangles, triangle);
-                            }
-                        }
-                    });
+                self.triangles.extend(set_up([a, b, c]).map(alone));
+                continue;
+            }
+            let mut in_fan = 0;
+            let fan = |turn: usize, emit: &mut dyn FnMut([ScreenVertex; 3])| {
+                let turned = [0, 1, 2].map(|i| corners[(i + turn) % 3].0);
+                clip_triangle(turned, screen, emit);
+            };
+            fan(0, &mut |vertices| {
+                in_fan += 1;
+                self.triangles.extend(set_up(vertices).map(alone));
+            });
+            // A triangle that is left whole, or as one, is the same wherever it begins.
+            if in_fan > 1 {
+                for turn in [1, 2] {
+                    fan(turn, &mut |vertices| self.others.extend(set_up(vertices)));
                 }
             }
-            let planes = self.planes.len() as u32 - first_plane;
             for triangle in &mut self.triangles[first..] {
-                triangle.planes = planes;
+                triangle.others = self.others.len() as u32 - first_other;
             }
         }
     }
 
-    /// The triangles, each with the planes that may be its own.
-    pub fn iter(&self) -> impl Iterator<Item = (&Triangle, &[LoweredPlane])> {
+    /// The triangles, each with those that may be drawn in its place.
+    pub fn iter(&self) -> impl Iterator<Item = (&Triangle, &[Triangle])> {
         self.triangles.iter().map(|of| {
-            let planes = &self.planes[of.first_plane as usize..][..of.planes as usize];
-            (&of.triangle, planes)
+            let others = &self.others[of.first_other as usize..][..of.others as usize];
+            (&of.triangle, others)
         })
     }
 }
 
 impl LoweredPlane {
-    fn new(plane: DepthPlane) -> LoweredPlane {
+    /// That of a triangle.
+    pub fn new(plane: DepthPlane) -> LoweredPlane {
         let magnitude = if plane.nearest > -plane.farthest {
             plane.nearest
         } else {

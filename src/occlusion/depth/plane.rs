@@ -38,3 +38,36 @@ impl FarPlane {
         rect.nearest_depth < self.farthest
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::occlusion::Footprint;
+    use crate::raster::SurfaceTriangles;
+
+    #[test]
+    fn the_farthest_counts_wherever_it_is_and_as_far_is_not_behind() {
+        let mut plane = FarPlane::default();
+        let is_behind = |plane: &FarPlane, nearest_depth| {
+            plane.is_behind(&SampleRect {
+                x: [3, 4],
+                y: [3, 4],
+                nearest_depth,
+            })
+        };
+        assert!(
+            is_behind(&plane, 1.0),
+            "nothing is drawn: the overlap test decides"
+        );
+        for (farthest_depth, expected) in [(0.5, 0.5), (0.75, 0.5), (0.25, 0.25)] {
+            plane.note(&DrawnSurface {
+                footprint: Footprint::Nowhere,
+                farthest_depth,
+                triangles: &SurfaceTriangles::default(),
+            });
+            assert!(!is_behind(&plane, expected) && is_behind(&plane, expected.next_down()));
+        }
+        plane.clear();
+        assert!(is_behind(&plane, 0.75));
+    }
+}

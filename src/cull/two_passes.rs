@@ -104,7 +104,8 @@ impl Frame<'_> {
             };
             let (_, depth) = memory.depth.insert((representation, depth));
             depth.clear();
-            self.note(buffer, drawn, depth, &mut memory.triangles);
+            let (triangles, footprints) = (&mut memory.triangles, &mut memory.footprints);
+            self.note(buffer, drawn, depth, triangles, footprints);
             depth.finish();
         });
     }
@@ -115,9 +116,9 @@ impl Frame<'_> {
         drawn: &[DrawnCluster],
         depth: &mut DepthMap,
         triangles: &mut SurfaceTriangles,
+        footprints: &mut Vec<Footprint>,
     ) {
         let screen = buffer.screen();
-        let mut footprints = Vec::with_capacity(1);
         for DrawnCluster { id, .. } in drawn {
             let object = &self.scene.objects()[id.object as usize];
             let Some(mesh) = self.occluders.mesh_of(object) else {
@@ -133,7 +134,7 @@ impl Frame<'_> {
                 &from_local,
                 bounds,
                 std::iter::once(local),
-                &mut footprints,
+                footprints,
             );
             triangles.clear();
             if depth.takes_triangles(footprints[0]) {

@@ -304,7 +304,7 @@ mod tests {
         let mixed = (x as u64 * 0x9e37_79b9 + y as u64 * 0x85eb_ca6b + 1)
             .wrapping_mul(0x2545_f491_4f6c_dd1d)
             >> 40;
-        if mixed % 8 == 0 {
+        if mixed.is_multiple_of(8) {
             UNCOVERED
         } else {
             mixed as f32 / (1 << 24) as f32

@@ -168,6 +168,8 @@ impl LoweredPlane {
 
 #[cfg(test)]
 mod tests {
+    use antumbra_simd::SUBPIXELS;
+
     use super::*;
 
     fn turned(v: [ScreenVertex; 3], turn: usize) -> DepthPlane {
@@ -186,11 +188,19 @@ mod tests {
             (state >> 33) as i32 % most
         };
         let mut differ = 0;
-        for _ in 0..2_000 {
-            let v = [0; 3].map(|_| ScreenVertex {
-                x: random(200_000) - 50_000,
-                y: random(200_000) - 50_000,
-                depth: f64::from(random(1 << 30)) / f64::from(1 << 30),
+        for round in 0..2_000 {
+            let mut at = |reach: i32| [random(2 * reach) - reach, random(2 * reach) - reach];
+            let reach = if round % 2 == 0 { 100_000 } else { 4_000_000 };
+            let (a, b, mut c) = (at(reach), at(reach), at(reach));
+            // Half of them are long and thin: rounding changes most there.
+            if round % 2 == 1 {
+                let third = |i: usize| a[i] + (b[i] - a[i]) / 3;
+                c = [third(0), third(1) + random(3)];
+            }
+            let v = [a, b, c].map(|[x, y]| ScreenVertex {
+                x,
+                y,
+                depth: 0.5 + f64::from(x) * 3.3e-8 - f64::from(y) * 2.1e-8,
             });
             if Triangle::new(v, CullMode::None).is_none() {
                 continue;
@@ -198,7 +208,9 @@ mod tests {
             let planes = [0, 1, 2].map(|turn| turned(v, turn));
             let lowered = planes.map(LoweredPlane::new);
             for _ in 0..20 {
-                let (x, y) = (random(600), random(600));
+                // Beside a corner, where depth is within its bounds.
+                let mut near = |v: i32| v / SUBPIXELS + random(9) - 4;
+                let (x, y) = (near(c[0]), near(c[1]));
                 for (a, lowered) in planes.iter().zip(&lowered) {
                     for b in &planes {
                         let depths = LoweredPlane::depths_of_row(&[*lowered], x - 3, y);

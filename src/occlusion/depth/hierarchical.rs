@@ -359,19 +359,20 @@ mod tests {
     fn behind_is_strictly_farther_and_ignores_one_less_than_n() {
         // One sample is far away.
         let far = |x, y| if [x, y] == [12, 9] { 0.25 } else { 0.5 };
-        let is_behind = |nth, side: i32, depth| {
+        let is_behind = |nth, first: i32, side: i32, depth| {
             filled([64, 64], nth, far).is_behind(&SampleRect {
-                x: [8, 7 + side],
-                y: [8, 7 + side],
+                x: [first, first + side - 1],
+                y: [first, first + side - 1],
                 nearest_depth: depth,
             })
         };
-        for side in [8, 11, 16] {
-            assert!(!is_behind(1, side, 0.25) && is_behind(1, side, 0.25_f32.next_down()));
-            assert!(!is_behind(2, side, 0.5) && is_behind(2, side, 0.5_f32.next_down()));
+        for side in [5, 8, 11, 16] {
+            let behind = |nth, depth| is_behind(nth, 8, side, depth);
+            assert!(!behind(1, 0.25) && behind(1, 0.25_f32.next_down()));
+            assert!(!behind(2, 0.5) && behind(2, 0.5_f32.next_down()));
         }
-        // Smaller cells than a tile ignore nothing.
-        assert!(is_behind(1, 4, 0.4) && !is_behind(2, 5, 0.25));
-        assert!(!is_behind(2, 7, 0.5));
+        // Beside it nothing is so far, and cells smaller than a tile ignore nothing.
+        assert!(is_behind(1, 8, 4, 0.4));
+        assert!(!is_behind(2, 9, 4, 0.25) && is_behind(2, 9, 4, 0.2));
     }
 }

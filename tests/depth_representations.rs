@@ -315,7 +315,7 @@ fn a_finer_representation_hides_no_less() {
         for _ in 0..2_000 {
             let mut of = any_rect(&mut chance, size);
             if chance.one_in(2) {
-                of.nearest_depth *= of.nearest_depth * 0.1;
+                of.nearest_depth *= 0.1;
             }
             let is_behind_plane = plane.is_behind(tiles, &of);
             let is_behind_cells = cells.is_behind(tiles, &of);

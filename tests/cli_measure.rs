@@ -137,7 +137,7 @@ fn every_depth_representation_is_taken_and_reported() {
         assert_eq!(report["totals"]["false_culls"], 0);
     }
     let approximate = ["--accuracy", "approximate", "--json", "-"];
-    let nth = ["--depth", "hierarchical", "--nth", "4"];
+    let nth = ["--depth", "hierarchical", "--nth", "4", "--map-scale", "1"];
     let output = measure(&folder, &[&approximate[..], &nth].concat());
     let report: Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert_eq!(report["settings"]["nth"], 4);

@@ -11,7 +11,7 @@ use antumbra::cull::{Culler, Settings, VisibleSet};
 use antumbra::glam::{DAffine3, DVec3};
 use antumbra::measure::{MeasureSettings, Reference, run};
 use antumbra::occluders::{Budget, Selection};
-use antumbra::occlusion::{Accuracy, DepthMap, DepthRepresentation, SampleRect};
+use antumbra::occlusion::{Accuracy, Approximation, DepthMap, DepthRepresentation, SampleRect};
 use antumbra::prepare::Prepared;
 use antumbra::scene::{Alpha, Material, Mesh, Object, Scene};
 use antumbra::view::{Camera, CameraPath, MapScale, PictureSize};
@@ -357,7 +357,7 @@ fn the_first_farthest_is_exact_and_the_nth_hides_no_less() {
             let mut culler = Culler::new(scene.clone(), settings).expect("threads");
             culler.cull(&camera).visible
         };
-        let ignores_nothing = Accuracy::Approximate { hole: 0 };
+        let ignores_nothing = Accuracy::Approximate(Approximation::of_hole(0));
         let exact = with(Accuracy::Exact, farthest_but(1));
         assert_eq!(with(Accuracy::Exact, farthest_but(5)), exact);
         assert_eq!(with(ignores_nothing, farthest_but(1)), exact);

@@ -79,22 +79,14 @@ pub fn is_outline_hidden(
     faces: &Faces,
 ) -> bool {
     match level.token() {
-        None => is_outline_hidden_plain(tiles, outline, faces, 0, false),
+        None => is_outline_hidden_plain(tiles, outline, faces),
         Some(token) => {
             dispatch!(token, simd => is_outline_hidden_vector(simd, tiles, outline, faces))
         }
     }
 }
 
-/// The plain form, also where up to `ignored` samples of each tile may be uncovered, or where `is_covered` says that the
-/// coverage is known.
-pub fn is_outline_hidden_plain(
-    tiles: LayeredTiles<'_>,
-    outline: &Outline,
-    faces: &Faces,
-    ignored: u32,
-    is_covered: bool,
-) -> bool {
+fn is_outline_hidden_plain(tiles: LayeredTiles<'_>, outline: &Outline, faces: &Faces) -> bool {
     (outline.y[0] / TILE_SIZE..=outline.y[1] / TILE_SIZE).all(|tile_y| {
         let start = tile_y as usize * tiles.across;
         let row = start..start + tiles.across;
@@ -104,8 +96,7 @@ pub fn is_outline_hidden_plain(
             near_samples: &tiles.near_samples[row.clone()],
             near: &tiles.near[row.clone()],
         };
-        (is_covered || strip.is_covered(&tiles.coverage[row], ignored))
-            && faces.are_behind(&strip, tile_y, layers)
+        strip.is_covered(&tiles.coverage[row]) && faces.are_behind(&strip, tile_y, layers)
     })
 }
 
@@ -139,7 +130,7 @@ fn is_box_hidden_plain(
         return true;
     };
     let (outline, faces) = (on_screen.outline(rectangle), on_screen.faces(rectangle));
-    is_outline_hidden_plain(tiles, &outline, &faces, 0, false)
+    is_outline_hidden_plain(tiles, &outline, &faces)
 }
 
 #[inline(always)]
@@ -235,7 +226,7 @@ fn is_outline_hidden_vector<S: Simd>(
 ) -> bool {
     if tiles.across < S::f64s::LEN {
         // A picture narrower than a vector.
-        return is_outline_hidden_plain(tiles, outline, faces, 0, false);
+        return is_outline_hidden_plain(tiles, outline, faces);
     }
     let question = Question::new(simd, tiles, outline, faces);
     // A box that can be seen often shows itself at its foot, and what it shows is often several strips high.

@@ -34,7 +34,7 @@ impl DepthOptions {
         let is_default = self.depth == DepthRepresentation::NoBackground;
         if !is_default && settings.map_scale != MapScale::Full {
             return refuse(
-                "--depth: only no-background goes with a map coarser than the picture; leave --map-scale at 1",
+                "--depth: only no-background goes with a map coarser than the picture; add --map-scale 1",
             );
         }
         let depth = match (self.depth, NonZeroU32::new(self.nth)) {

@@ -13,6 +13,7 @@ mod measure;
 mod options;
 mod output;
 mod outside;
+mod pipeline;
 mod prepare;
 mod progress;
 mod render;
@@ -38,6 +39,7 @@ Examples:
   antumbra render castle.glb --overlay --out pictures
   antumbra measure castle.glb --path castle.path.json
   antumbra sweep castle.glb --path castle.walk.json --every 8
+  antumbra pipeline castle.glb --path castle.walk.json
   antumbra prepare castle.glb -o castle.antumbra
   antumbra generate city -o city.glb";
 
@@ -56,6 +58,7 @@ enum Command {
     Render(render::Render),
     Measure(measure::Measure),
     Sweep(sweep::Sweep),
+    Pipeline(pipeline::Pipeline),
     Prepare(prepare::Prepare),
     Generate(generate::Generate),
     Info(info::Info),
@@ -68,6 +71,7 @@ pub fn run() -> ExitCode {
         Command::Render(render) => render.run(),
         Command::Measure(measure) => measure.run(),
         Command::Sweep(sweep) => sweep.run(),
+        Command::Pipeline(pipeline) => pipeline.run(),
         Command::Prepare(prepare) => prepare.run(),
         Command::Generate(generate) => generate.run(),
         Command::Info(info) => info.run(),

@@ -7,7 +7,7 @@ use std::time::Duration;
 use antumbra::cull::Level;
 use antumbra::cull::Settings;
 use antumbra::occluders::{Budget, FramesBack, Selection, Weighing};
-use antumbra::occlusion::Accuracy;
+use antumbra::occlusion::{Accuracy, Approximation};
 use antumbra::prepare::{Prepared, StaticCriteria};
 use antumbra::view::{CameraPath, MapScale, PictureSize};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -36,13 +36,25 @@ pub struct CullOptions {
     #[arg(long, value_enum, default_value = "exact")]
     pub accuracy: AccuracyName,
 
-    /// With approximate accuracy: uncovered pixels that are ignored in any 8x8 window
-    #[arg(long, value_name = "PX", default_value_t = 64)]
+    /// With approximate accuracy: uncovered pixels that are ignored in any window of 8x8, or of what --base-level says
+    #[arg(long, value_name = "PX", default_value_t = Approximation::default().hole)]
     pub hole: u32,
 
-    /// Pixels of the picture along the edge of an occlusion map's pixel: 1, 2 or 4
-    #[arg(long, value_name = "SCALE", default_value_t = MapScale::Full)]
-    pub map_scale: MapScale,
+    /// With approximate accuracy: windows of 8x8 pixels (0), 16x16 (1), and so on
+    #[arg(long, value_name = "LEVEL", default_value_t = Approximation::default().base_level, value_parser = clap::value_parser!(u8).range(0..=12))]
+    pub base_level: u8,
+
+    /// With approximate accuracy: how favourably holes are assumed to be distributed, from 1 (the hole's size is a promise) to 4
+    #[arg(long, value_name = "D", default_value_t = Approximation::default().distribution, value_parser = parse_distribution)]
+    pub distribution: f64,
+
+    /// With approximate accuracy: what covers less of its surroundings is not looked at closely, from 0 to 1
+    #[arg(long, value_name = "SHARE", default_value_t = Approximation::default().transparency, value_parser = parse_transparency)]
+    pub transparency: f64,
+
+    /// Pixels of the picture along the edge of an occlusion map's pixel: 1, 2 or 4 [default: 1; with approximate accuracy 4]
+    #[arg(long, value_name = "SCALE")]
+    pub map_scale: Option<MapScale>,
 
     /// Threads to use [default: as many as the machine runs at once]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -129,15 +141,22 @@ impl CullOptions {
     pub fn settings(&self) -> Result<Settings, Failure> {
         let accuracy = match self.accuracy {
             AccuracyName::Exact => Accuracy::Exact,
-            AccuracyName::Approximate => Accuracy::Approximate { hole: self.hole },
+            AccuracyName::Approximate => Accuracy::Approximate(Approximation {
+                hole: self.hole,
+                base_level: self.base_level,
+                distribution: self.distribution,
+                transparency: self.transparency,
+                ..Approximation::default()
+            }),
         };
+        let map_scale = self.map_scale.unwrap_or(accuracy.map_scale());
         let level = match self.simd {
             Some(level) => level.require()?,
             None => Level::best(),
         };
         Ok(Settings {
             accuracy,
-            map_scale: self.map_scale,
+            map_scale,
             threads: self.threads.map_or(0, usize::from),
             level,
             ..Settings::new(self.size)
@@ -197,6 +216,16 @@ fn parse_frames_back(text: &str) -> Result<FramesBack, String> {
     named.ok_or_else(|| "give 1 or 2".to_owned())
 }
 
+fn parse_distribution(text: &str) -> Result<f64, String> {
+    let factor = text.parse().ok();
+    let factor = factor.filter(|factor| (1.0..=4.0).contains(factor));
+    factor.ok_or_else(|| "give a number from 1 to 4".to_owned())
+}
+
+fn parse_transparency(text: &str) -> Result<f64, String> {
+    parse_share(text).map(f64::from)
+}
+
 fn parse_share(text: &str) -> Result<f32, String> {
     let share = text.parse().ok();
     let share = share.filter(|share| (0.0..=1.0).contains(share));
@@ -218,7 +247,7 @@ fn parse_budget(text: &str) -> Result<Budget, String> {
 }
 
 /// Reads a time in microseconds or milliseconds.
-fn parse_time(text: &str) -> Option<Duration> {
+pub fn parse_time(text: &str) -> Option<Duration> {
     let (number, unit_s) = match (text.strip_suffix("us"), text.strip_suffix("ms")) {
         (Some(number), _) => (number, 1e-6),
         (_, Some(number)) => (number, 1e-3),

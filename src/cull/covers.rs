@@ -18,7 +18,7 @@ use crate::occluders::DrawnCluster;
 use crate::occlusion::{Footprint, SampleRect, Screen};
 use crate::prepare::{Cluster, ClusterId, ClusteredMesh};
 use crate::scene::is_mirroring;
-use crate::view::Projection;
+use crate::view::{MapScale, Projection};
 
 /// A sample, and a depth there.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,21 +44,22 @@ pub struct Cover {
     place: usize,
 }
 
-/// How finely a surface is cut should not decide what a frame takes. So of objects with so many triangles, a budget that is chosen by
-/// what pays draws only clusters with so many samples a triangle to close a gap,
+/// How finely a surface is cut should not decide what a frame takes. So of objects with so many triangles, or of all where holes may be
+/// ignored, a budget that is chosen by what pays draws only clusters with so many pixels a triangle to close a gap,
 const MANY_TRIANGLES: u32 = 4096;
-const FEWEST_SAMPLES_A_TRIANGLE: u32 = 8;
+const FEWEST_PIXELS_A_TRIANGLE: u32 = 8;
 /// and looks for them only where the whole object has so many.
 const FEWEST_OF_OBJECT: u32 = 4;
 
-/// How much an object or a cluster may cover for what it costs to draw: samples a triangle.
-fn worth(footprint: Footprint, triangles: u32) -> u32 {
+/// How much an object or a cluster may cover for what it costs to draw: pixels of the picture a triangle.
+fn worth(scale: MapScale, footprint: Footprint, triangles: u32) -> u32 {
     let area = match footprint {
         Footprint::Nowhere => 0,
         // As much as a picture can have.
         Footprint::Unbounded => u32::MAX,
         Footprint::Within(SampleRect { x, y, .. }) => {
-            (x[1] - x[0] + 1) as u32 * (y[1] - y[0] + 1) as u32
+            let samples = (x[1] - x[0] + 1) as u32 * (y[1] - y[0] + 1) as u32;
+            samples * scale.pixels() * scale.pixels()
         }
     };
     area / triangles
@@ -220,10 +221,11 @@ impl Covers {
         self.placed.clear();
         self.keys.clear();
         let pays = frame.settings.budget.is_for_what_pays();
+        let is_approximate = !frame.settings.accuracy.is_exact();
         for (place, &(object, footprint)) in (0..).zip(objects) {
             let triangles = frame.occluders.triangles_of(object);
-            let worth = worth(footprint, triangles.max(1));
-            let is_fine = pays && triangles >= MANY_TRIANGLES;
+            let worth = worth(frame.settings.map_scale, footprint, triangles.max(1));
+            let is_fine = pays && (is_approximate || triangles >= MANY_TRIANGLES);
             if triangles > 0 && (!is_fine || worth >= FEWEST_OF_OBJECT) {
                 self.keys.push(u64::from(!worth) << 32 | place);
             }
@@ -293,10 +295,11 @@ impl Covers {
         }
         let placed =
             self.placed[place].get_or_insert_with(|| Placed::new(screen, &object.world_from_local));
-        let level = frame.settings.level;
+        let (level, scale) = (frame.settings.level, frame.settings.map_scale);
         let clusters = mesh.clusters();
         let is_fine = frame.settings.budget.is_for_what_pays()
-            && mesh.triangle_count() >= MANY_TRIANGLES as usize;
+            && (!frame.settings.accuracy.is_exact()
+                || mesh.triangle_count() >= MANY_TRIANGLES as usize);
         self.entered.clear();
         if clusters.len() == 1 {
             self.entered.push(0);
@@ -332,7 +335,7 @@ impl Covers {
             };
             let triangles = u32::from(clusters[cluster as usize].triangle_count);
             if may_cover(footprint, sample)
-                && (!is_fine || worth(footprint, triangles) >= FEWEST_SAMPLES_A_TRIANGLE)
+                && (!is_fine || worth(scale, footprint, triangles) >= FEWEST_PIXELS_A_TRIANGLE)
             {
                 return Some(Cover {
                     id,

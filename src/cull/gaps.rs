@@ -80,6 +80,7 @@ pub fn close_gaps(
         drawn.statistics.passes += 1;
         let first_drawn = drawn.occluders.len();
         let is_within_budget = draw_waiting(frame, waiting, EVERYTHING, buffer, rounds, drawn);
+        buffer.close_holes();
         memory.judge(frame, buffer, first_drawn, drawn);
         if !is_within_budget {
             return;

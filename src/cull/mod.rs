@@ -6,7 +6,8 @@
 //! the hierarchy is asked (`traverse`, `seen`), and where an object shows that ought to be hidden, what covers it is drawn
 //! (`gaps`, `covers`). Where nothing is remembered, the clusters that are seen from a viewpoint nearby stand in for those that were
 //! needed, if somebody found them beforehand (`sampled`). With another depth representation than the default one, drawing and asking
-//! are two passes, the first of which asks nothing (`two_passes`). On request, `clusters` tells which clusters of the survivors may be seen.
+//! are two passes, the first of which asks nothing (`two_passes`). On request, `clusters` tells which clusters of the survivors may be
+//! seen. `staged` does a frame stage by stage, for a pipeline of frames.
 //!
 //! In exact mode the picture of the survivors is the picture of the scene. Every answer "hidden" rests on an occluder
 //! surface strictly nearer at each sample the object could own; the nearest surface at a sample is never culled by
@@ -24,6 +25,7 @@ mod recall;
 mod rounds;
 mod sampled;
 mod seen;
+mod staged;
 mod statistics;
 mod test;
 mod traverse;
@@ -51,6 +53,7 @@ use clusters::ClusterWalk;
 use frame::Memory;
 use occluders::Occluders;
 use seen::Seen;
+pub(crate) use staged::StagedFrame;
 use traverse::{FrustumMemory, Subtrees};
 
 pub use antumbra_simd::{Level, LevelUnavailable};

@@ -23,6 +23,9 @@ pub struct Statistics {
     pub nodes_hidden: u64,
     /// Boxes of objects that were tested.
     pub objects_tested: u64,
+    /// Pixels of holes that approximate accuracy ignored: see
+    /// [`OcclusionBuffer::ignored_pixels`](crate::occlusion::OcclusionBuffer::ignored_pixels).
+    pub ignored_pixels: u64,
 }
 
 /// How long the stages of a frame took; together, the whole frame.
@@ -32,7 +35,7 @@ pub struct StageTimes {
     pub select: Duration,
     /// Asking and drawing occluders.
     pub raster: Duration,
-    /// Building the pyramid of occlusion maps, where holes are ignored.
+    /// Ending the drawing: covering the holes that may be ignored.
     pub pyramid: Duration,
     /// Testing boxes down the hierarchy.
     pub test: Duration,

@@ -78,6 +78,8 @@ impl Test {
 
 /// An object is looked at in so many samples.
 const LOOKS: u32 = 8;
+/// It shows at many of them if it shows at so many.
+pub const MANY: u32 = 4;
 
 /// An object that is not hidden.
 #[derive(Clone, Copy, Debug)]
@@ -146,7 +148,9 @@ fn seen_of(
     if seen == 0 && buffer.hides_aabb_closely(bounds, footprint) {
         return None;
     }
-    (!is_hidden_by_own_box(frame, buffer, object, footprint)).then_some(seen)
+    // Where a little may be lost, what shows at many samples is not worth a closer look.
+    let is_plain = seen >= MANY && !frame.settings.accuracy.is_exact();
+    (is_plain || !is_hidden_by_own_box(frame, buffer, object, footprint)).then_some(seen)
 }
 
 /// Whether an object is hidden that its world box's footprint alone does not hide: by that box, or by its own.

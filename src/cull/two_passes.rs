@@ -13,7 +13,7 @@ use super::{Frame, VisibleSet, grow, share_of};
 use crate::occluders::DrawnCluster;
 use crate::occlusion::{
     Accuracy, DepthMap, DepthRepresentation, DrawnSurface, Footprint, OcclusionBuffer,
-    OcclusionMap, is_covered,
+    OcclusionMap, Thresholds, is_covered,
 };
 use crate::raster::SurfaceTriangles;
 use crate::scene::is_mirroring;
@@ -28,7 +28,8 @@ const OBJECTS_PER_TASK: usize = 64;
 pub struct TwoPassMemory {
     /// What is noted, and the representation that it was made for.
     depth: Option<(DepthRepresentation, DepthMap)>,
-    map: Option<OcclusionMap>,
+    /// The map, and the thresholds of an exact overlap test: holes that may be ignored are covered in the tiles by then.
+    map: Option<(OcclusionMap, Thresholds)>,
     triangles: SurfaceTriangles,
     level: Vec<u32>,
     below: Vec<u32>,
@@ -49,7 +50,7 @@ struct Question<'a> {
     buffer: &'a OcclusionBuffer,
     map: &'a OcclusionMap,
     depth: &'a DepthMap,
-    accuracy: Accuracy,
+    thresholds: &'a Thresholds,
 }
 
 impl TwoPassMemory {
@@ -67,7 +68,7 @@ impl Question<'_> {
             Footprint::Nowhere => true,
             Footprint::Within(rect) => {
                 self.depth.is_behind(tiles, &rect)
-                    && is_covered(self.map, tiles, &rect, self.accuracy)
+                    && is_covered(self.map, tiles, &rect, self.thresholds)
             }
         }
     }
@@ -88,9 +89,11 @@ impl Frame<'_> {
         memory: &mut TwoPassMemory,
     ) {
         self.tasks.alone(Work::Finish, || {
-            let map = memory
-                .map
-                .get_or_insert_with(|| OcclusionMap::new(buffer.tiles()));
+            let (map, _) = memory.map.get_or_insert_with(|| {
+                let map = OcclusionMap::new(buffer.tiles());
+                let exact = Thresholds::new(&Accuracy::Exact, MapScale::Full, map.level_count());
+                (map, exact)
+            });
             map.build(buffer.tiles());
             let representation = match (self.settings.depth, self.settings.accuracy) {
                 (DepthRepresentation::Hierarchical { .. }, Accuracy::Exact) => {
@@ -165,7 +168,7 @@ impl Frame<'_> {
     ) {
         let TwoPassMemory {
             depth: Some((_, depth)),
-            map: Some(map),
+            map: Some((map, thresholds)),
             level,
             below,
             footprints,
@@ -180,7 +183,7 @@ impl Frame<'_> {
             buffer,
             map,
             depth,
-            accuracy: self.settings.accuracy,
+            thresholds,
         };
         let statistics = &mut found.statistics;
         self.tasks.alone(Work::Look, || {

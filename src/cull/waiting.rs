@@ -19,7 +19,9 @@ const CLUSTERS_PER_GROUP: usize = 64;
 /// The same where there are others to project some of them.
 const CLUSTERS_PER_SHARED_GROUP: usize = 16;
 
-/// A budget that is chosen here spends a triangle's time for so many samples at the least.
+/// A budget that is chosen here spends a triangle's time for so many samples at the least; in coarse maps, where a sample hides more,
+/// for a half or a quarter as many. (With a sixteenth, Sponza takes 1.5 times as long at a quarter and culls 0.71 of the hidden instead
+/// of 0.63; castle, Delft and clinic hardly differ.)
 const SAMPLES_A_TRIANGLE: i64 = 8;
 
 /// An occluder that is not known to be hidden.
@@ -455,7 +457,9 @@ fn is_promising(frame: &Frame<'_>, cluster: &Cluster, footprint: Footprint) -> b
         Footprint::Nowhere => false,
         Footprint::Within(SampleRect { x, y, .. }) => {
             let area = (i64::from(x[1] - x[0]) + 1) * (i64::from(y[1] - y[0]) + 1);
-            area >= SAMPLES_A_TRIANGLE * i64::from(u32::from(cluster.triangle_count) + CLUSTER_COST)
+            let pixels = i64::from(frame.settings.map_scale.pixels());
+            area * pixels
+                >= SAMPLES_A_TRIANGLE * i64::from(u32::from(cluster.triangle_count) + CLUSTER_COST)
         }
     }
 }

@@ -43,6 +43,12 @@ pub struct SettingsReport {
     pub accuracy: String,
     /// Uncovered pixels ignored in any window of a tile's size.
     pub hole: u32,
+    /// The finest level of the pyramid with a threshold, or null if exact.
+    pub base_level: Option<u8>,
+    /// The distribution factor, or null if exact.
+    pub distribution: Option<f64>,
+    /// The base level's transparency threshold, or null if exact.
+    pub transparency: Option<f64>,
     /// How occluders are selected.
     pub occluders: String,
     /// Occluder triangles, or `all`.
@@ -131,6 +137,8 @@ pub struct FrameReport {
     pub sampleless: u64,
     /// Exactly hidden objects that are not in the visible set.
     pub culled: u64,
+    /// Pixels of holes that were ignored.
+    pub ignored_pixels: u64,
     /// Exactly hidden objects that the ideal box test finds.
     pub ideal_box_culled: u64,
     /// Exactly hidden objects that the ideal face test finds.

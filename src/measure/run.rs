@@ -10,7 +10,6 @@ use super::{
     ideal_box_test, ideal_face_test,
 };
 use crate::cull::{Culler, Remembered, Settings, VisibleSet};
-use crate::occlusion::Accuracy;
 use crate::prepare::Prepared;
 use crate::view::{Camera, CameraPath};
 
@@ -101,16 +100,16 @@ fn describe(culler: &Culler, settings: &MeasureSettings) -> SettingsReport {
         level,
         ..
     } = *culler.settings();
-    let (accuracy, hole) = match accuracy {
-        Accuracy::Exact => ("exact", 0),
-        Accuracy::Approximate { hole } => ("approximate", hole),
-    };
+    let approximation = accuracy.approximation();
     SettingsReport {
         size: [size.width(), size.height()],
         threads: culler.threads(),
         simd: level.to_string(),
-        accuracy: accuracy.into(),
-        hole,
+        accuracy: approximation.map_or("exact", |_| "approximate").into(),
+        hole: approximation.map_or(0, |a| a.hole),
+        base_level: approximation.map(|a| a.base_level),
+        distribution: approximation.map(|a| a.distribution),
+        transparency: approximation.map(|a| a.transparency),
         occluders: occluders.to_string(),
         budget: budget.to_string(),
         static_criteria: static_criteria.to_string(),
@@ -184,6 +183,7 @@ fn measure_frame(
         exactly_hidden: hidden.len() as u64,
         sampleless: count(&|o| !reference.is_sampled(o)),
         culled: count(&|o| !survives(&o)),
+        ignored_pixels: set.statistics.ignored_pixels,
         ideal_box_culled: count(&|o| ideal_box_test(reference.depths(), camera, bounds(o))),
         ideal_face_culled: count(&|o| ideal_face_test(reference.depths(), camera, bounds(o))),
         false_culls: reference.visible_objects().filter(|o| !survives(o)).count() as u64,

@@ -10,7 +10,6 @@ use super::Reference;
 use super::oracle::{Oracle, Owner, within};
 use crate::cull::{Culler, Settings, VisibleSet};
 use crate::occluders::{Budget, Selection};
-use crate::occlusion::Accuracy;
 use crate::prepare::Prepared;
 use crate::view::{Camera, CameraPath};
 
@@ -157,16 +156,13 @@ fn shared(settings: &SweepSettings, threads: usize) -> SweptWith {
         level,
         ..
     } = settings.cull;
-    let (accuracy, hole) = match accuracy {
-        Accuracy::Exact => ("exact", 0),
-        Accuracy::Approximate { hole } => ("approximate", hole),
-    };
+    let approximation = accuracy.approximation();
     SweptWith {
         size: [size.width(), size.height()],
         threads,
         simd: level.to_string(),
-        accuracy: accuracy.into(),
-        hole,
+        accuracy: approximation.map_or("exact", |_| "approximate").into(),
+        hole: approximation.map_or(0, |a| a.hole),
         every: settings.every.max(1),
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use antumbra_simd::closer::{is_box_hidden, open_sample};
+use antumbra_simd::closer::{is_box_hidden, is_outline_hidden, open_sample};
 use antumbra_simd::glance::{Looks, Slabs, is_seen, looks};
 use antumbra_simd::projected::CornerBox;
 use antumbra_simd::query::Rectangle;
@@ -10,11 +10,9 @@ use antumbra_simd::triangle::Triangle;
 use antumbra_simd::{Level, PART_HEIGHT};
 use glam::{DAffine3, DVec3};
 
+use super::holes::Holes;
 use super::projected_box::rectangle;
-use super::{
-    Accuracy, Footprint, OcclusionMap, ProjectedBox, SampleRect, Screen, is_behind, is_covered,
-    is_covered_so_far, is_outline_hidden,
-};
+use super::{Accuracy, Footprint, OcclusionMap, ProjectedBox, SampleRect, Screen};
 use crate::raster::{Assembler, BlockList, CullMode, Geometry, TileBuffer};
 use crate::scene::{Aabb, OrientedBox, is_mirroring};
 use crate::tasks::Tasks;
@@ -103,8 +101,9 @@ pub struct OcclusionBuffer {
     tiles: TileBuffer,
     /// As of the last [`finish`](OcclusionBuffer::finish), if it has been needed since.
     map: OnceLock<OcclusionMap>,
-    finished: bool,
     accuracy: Accuracy,
+    /// What is ignored, if anything may be.
+    holes: Option<Box<Holes>>,
     assembler: Assembler,
     triangles: Vec<Triangle>,
 }
@@ -122,16 +121,23 @@ impl OcclusionBuffer {
             screen: Screen::with_map_scale(camera, size, scale),
             map: OnceLock::new(),
             tiles: TileBuffer::with_map_scale(scale.map_size(size), scale),
-            finished: false,
             accuracy: Accuracy::Exact,
+            holes: None,
             assembler: Assembler::default(),
             triangles: Vec::new(),
         }
     }
 
-    /// Sets what may be lost; exact at first.
+    /// Sets what may be lost, before anything is drawn; exact at first.
     pub fn set_accuracy(&mut self, accuracy: Accuracy) {
+        if accuracy == self.accuracy {
+            return;
+        }
+        let scale = self.screen.scale();
         self.accuracy = accuracy;
+        self.tiles.set_inset(accuracy.inset(scale));
+        let is_approximate = accuracy.approximation().is_some();
+        self.holes = is_approximate.then(|| Box::new(Holes::new(&self.tiles, &accuracy, scale)));
     }
 
     /// Chooses the instruction set; the best one at first.
@@ -148,7 +154,9 @@ impl OcclusionBuffer {
     pub(crate) fn clear_by(&mut self, tasks: Tasks<'_>, camera: &Camera) {
         self.screen = Screen::with_map_scale(*camera, self.picture, self.screen.scale());
         self.tiles.clear_by(tasks);
-        self.finished = false;
+        if let Some(holes) = &mut self.holes {
+            holes.clear();
+        }
     }
 
     /// Draws an occluder. Triangles with a vertex that is not finite hide nothing.
@@ -167,7 +175,6 @@ impl OcclusionBuffer {
                 self.triangles.push(t);
             });
         self.tiles.fill(&self.triangles);
-        self.finished = false;
     }
 
     /// Draws triangles that were assembled for this buffer's camera and size, list after list, and adds to `gains` what the
@@ -179,11 +186,12 @@ impl OcclusionBuffer {
         tasks: Tasks<'_>,
     ) {
         self.tiles.fill_blocks(lists, gains, tasks);
-        self.finished = false;
     }
 
-    /// Prepares for many questions about large shapes before anything else is drawn.
+    /// Prepares for many questions before anything else is drawn: covers the holes that may be ignored, and finds out what large
+    /// shapes are hidden by.
     pub(crate) fn find_blocks(&mut self) {
+        self.close_holes();
         self.tiles.find_blocks();
     }
 
@@ -201,16 +209,27 @@ impl OcclusionBuffer {
         }
     }
 
-    /// Ends drawing: builds the pyramid of occlusion maps, if what may be lost says that questions need it. Questions
-    /// asked before this are answered too, from the tiles alone.
-    pub fn finish(&mut self) {
-        let earlier = self.map.take();
-        if self.accuracy != Accuracy::Exact {
-            let mut map = earlier.unwrap_or_else(|| OcclusionMap::new(&self.tiles));
-            map.build(&self.tiles);
-            self.map = OnceLock::from(map);
+    /// Covers the holes that may be ignored, of what is drawn so far.
+    pub(crate) fn close_holes(&mut self) {
+        if let Some(holes) = &mut self.holes {
+            holes.close(&mut self.tiles);
         }
-        self.finished = true;
+    }
+
+    /// How many pixels of the picture are ignored: samples that nothing covers, but that were covered because
+    /// approximate accuracy lets them pass. No other pixel of the picture can be wrong, if the map is as large as the picture or
+    /// the distribution factor is 1. Pixels of a coarse map's samples are counted beyond the picture's edge, too.
+    pub fn ignored_pixels(&self) -> u64 {
+        let per_sample = u64::from(self.screen.scale().pixels()).pow(2);
+        self.holes
+            .as_ref()
+            .map_or(0, |holes| holes.samples() * per_sample)
+    }
+
+    /// Ends drawing: covers the holes that may be ignored. Questions asked before this are answered too, from what is drawn.
+    pub fn finish(&mut self) {
+        self.map.take();
+        self.close_holes();
     }
 
     /// Whether an axis-aligned world box is hidden. A box that reaches the near plane, or is not finite, is visible.
@@ -230,20 +249,19 @@ impl OcclusionBuffer {
         let Footprint::Within(rect) = footprint else {
             return self.test(footprint);
         };
-        let hidden = if self.accuracy == Accuracy::Exact {
-            self.hides(footprint)
-                || !is_seen(
-                    self.tiles.level(),
-                    self.screen.rays(),
-                    projected.slabs(),
-                    self.tiles.layered(),
-                    rectangle(&rect),
-                ) && self.hides_outline(projected, &rect, false)
-        } else {
-            let covered = self.covers(&rect);
-            covered && is_behind(&self.tiles, &rect)
-                || self.hides_outline(projected, &rect, covered)
-        };
+        let hidden = self.hides(footprint)
+            || !is_seen(
+                self.tiles.level(),
+                self.screen.rays(),
+                projected.slabs(),
+                self.tiles.layered(),
+                rectangle(&rect),
+            ) && is_outline_hidden(
+                self.tiles.level(),
+                self.tiles.layered(),
+                &projected.outline(&rect),
+                &projected.faces(&rect),
+            );
         visibility(hidden)
     }
 
@@ -252,10 +270,6 @@ impl OcclusionBuffer {
         let Footprint::Within(rect) = footprint else {
             return false;
         };
-        if self.accuracy != Accuracy::Exact {
-            let projected = self.screen.project_aabb(bounds);
-            return self.test_box(&projected).is_hidden();
-        }
         self.hides_closely(&self.screen.slabs_of_aabb(bounds), rect, || {
             self.screen.corners_of_aabb(bounds)
         })
@@ -265,7 +279,7 @@ impl OcclusionBuffer {
     /// of something else that it is inside of.
     pub(crate) fn hides_own_box(&self, own: &OrientedBox, error: f64, around: Footprint) -> bool {
         match around {
-            Footprint::Within(rect) if self.accuracy == Accuracy::Exact => {
+            Footprint::Within(rect) => {
                 self.hides_closely(&self.screen.slabs_of_oriented_box(own), rect, || {
                     self.screen.corners_of_oriented_box(own, error)
                 })
@@ -334,32 +348,7 @@ impl OcclusionBuffer {
 
     /// Whether a shape with this footprint is hidden. A shape that covers no sample is.
     pub fn test(&self, footprint: Footprint) -> Visibility {
-        let hidden = match footprint {
-            Footprint::Unbounded => false,
-            Footprint::Nowhere => true,
-            Footprint::Within(_) if self.accuracy == Accuracy::Exact => self.hides(footprint),
-            Footprint::Within(rect) => self.covers(&rect) && is_behind(&self.tiles, &rect),
-        };
-        visibility(hidden)
-    }
-
-    fn covers(&self, rect: &SampleRect) -> bool {
-        if self.finished {
-            is_covered(self.map(), &self.tiles, rect, self.accuracy)
-        } else {
-            is_covered_so_far(&self.tiles, rect)
-        }
-    }
-
-    /// Whether a box is hidden inside its outline, of whose rectangle `covered` says whether it passed.
-    fn hides_outline(&self, projected: &ProjectedBox, rect: &SampleRect, covered: bool) -> bool {
-        let accuracy = if self.finished {
-            self.accuracy
-        } else {
-            Accuracy::Exact
-        };
-        let (outline, faces) = (projected.outline(rect), projected.faces(rect));
-        is_outline_hidden(&self.tiles, &outline, &faces, accuracy, covered)
+        visibility(self.hides(footprint))
     }
 
     /// The camera and picture size, ready to project shapes.
@@ -372,12 +361,16 @@ impl OcclusionBuffer {
         &self.tiles
     }
 
-    /// The pyramid of occlusion maps as of the last [`finish`](OcclusionBuffer::finish). Exact answers do without it: if
-    /// they were asked for then, it is built by whoever asks for it first, from what is drawn by then.
+    /// The pyramid of occlusion maps as of the last [`finish`](OcclusionBuffer::finish), holes and all. Answers do without it: it
+    /// is built by whoever asks for it first.
     pub fn map(&self) -> &OcclusionMap {
         self.map.get_or_init(|| {
             let mut map = OcclusionMap::new(&self.tiles);
-            map.build(&self.tiles);
+            if let Some(holes) = &self.holes {
+                let covered = self.tiles.coverage().iter();
+                let solid: Vec<u64> = covered.zip(holes.ignored()).map(|(c, i)| c & !i).collect();
+                map.count(self.tiles.level(), &solid);
+            }
             map
         })
     }

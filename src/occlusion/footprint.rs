@@ -32,6 +32,9 @@ const SNAP_ERROR: f64 = 0.5 + 1.0 / 1024.0;
 /// The share of its coordinates by which a position may be off.
 pub(super) const POSITION_ERROR: f64 = 1.0 / (1_u64 << 40) as f64;
 
+/// Times this, what is larger than 2⁵²⁴ is infinite; no view's row has an element of 2²⁰⁰.
+const OVERFLOW: f64 = f64::from_bits((1023 + 500) << 52);
+
 /// A rectangle of samples (pixel centres) within the picture, ends included, and the nearest depth in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampleRect {
@@ -433,8 +436,10 @@ impl Screen {
         }
     }
 
+    /// How far a position may be off that is no farther from the origin than `reach`: infinitely, where sums of its products
+    /// with a view's rows might overflow.
     fn position_error(&self, reach: f64) -> f64 {
-        (reach + self.eye_reach) * POSITION_ERROR
+        ((reach + self.eye_reach) * OVERFLOW) * (POSITION_ERROR / OVERFLOW)
     }
 
     fn project_box(&self, corners: &CornerBox, slabs: Slabs) -> ProjectedBox {

@@ -1,35 +1,10 @@
-//! The pyramid of occlusion maps (HOM §4) and its thresholds (HOM §5.3).
+//! The pyramid of occlusion maps (HOM §4).
 
-use antumbra_simd::TILE_SIZE;
 use antumbra_simd::pyramid::{sum_2x2, uncovered};
+use antumbra_simd::{Level as LoopLevel, TILE_SIZE};
 
 use crate::raster::TileBuffer;
 use crate::view::PictureSize;
-
-/// How much may be lost.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Accuracy {
-    /// Nothing that owns a pixel is ever culled.
-    #[default]
-    Exact,
-    /// Up to `hole` uncovered pixels are ignored in any window of a tile's size, 8×8 pixels (HOM §5.3.3). A window
-    /// meets at most four tiles, so a quarter is ignored in each. The bound is on a count, not on a shape.
-    Approximate {
-        /// Pixels.
-        hole: u32,
-    },
-}
-
-impl Accuracy {
-    /// How many uncovered pixels a cell may hold and still count as opaque. The same at every level: all of a coarse
-    /// cell's may lie in one of its tiles (a distribution factor of 1 in HOM §5.3.3.1).
-    pub fn ignored_per_cell(self) -> u32 {
-        match self {
-            Accuracy::Exact => 0,
-            Accuracy::Approximate { hole } => hole / 4,
-        }
-    }
-}
 
 #[derive(Clone, Debug)]
 struct Level {
@@ -80,10 +55,14 @@ impl OcclusionMap {
     /// # Panics
     /// If the buffer is not of the size that the map was made for.
     pub fn build(&mut self, tiles: &TileBuffer) {
-        let level_of_loops = tiles.level();
+        self.count(tiles.level(), tiles.coverage());
+    }
+
+    /// The same of coverage masks.
+    pub(super) fn count(&mut self, level_of_loops: LoopLevel, coverage: &[u64]) {
         uncovered(
             level_of_loops,
-            tiles.coverage(),
+            coverage,
             &self.picture,
             &mut self.levels[0].uncovered,
         );
@@ -107,6 +86,20 @@ impl OcclusionMap {
     /// The uncovered picture pixels of each cell of a level, row by row.
     pub fn uncovered_of_level(&self, level: usize) -> &[u32] {
         &self.levels[level].uncovered
+    }
+
+    /// The columns and rows of a level.
+    pub(super) fn cells_of_level(&self, level: usize) -> [usize; 2] {
+        let Level { width, uncovered } = &self.levels[level];
+        [*width, uncovered.len() / width]
+    }
+
+    /// How many samples of the picture a cell has.
+    #[inline]
+    pub(super) fn samples_of_cell(&self, level: usize, x: usize, y: usize) -> u32 {
+        let [columns, rows] = self.pixels_of_cell(level, x, y);
+        let side = |s: [i32; 2]| (s[1] - s[0] + 1) as u32;
+        side(columns) * side(rows)
     }
 
     /// The columns of a level.

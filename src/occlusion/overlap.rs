@@ -1,27 +1,27 @@
 //! The overlap test: does a rectangle of samples lie within what the occluders cover?
 //!
 //! The algorithm is HOM's (§5.2, figure 5.3), with ≥ for the figure's strict > so that a threshold of 1 still culls.
-//! Below level 0, where the paper stops, the rectangle's mask is compared with the tile's coverage bits.
+//! Below level 0, where the paper stops, the rectangle's mask is compared with the tile's coverage bits. A frame covers the holes
+//! that may be ignored beforehand ([`holes`](super::holes)) and does without this test: it is what that is measured by.
 
 use antumbra_simd::TILE_SIZE;
 use antumbra_simd::coverage::rectangle_mask;
 
-use super::{Accuracy, OcclusionMap, SampleRect};
+use super::{OcclusionMap, SampleRect, Thresholds};
 use crate::raster::TileBuffer;
 
-/// Whether the rectangle lies within covered samples, up to the holes that `accuracy` ignores. `map` must be built
-/// from `tiles`.
+/// Whether the rectangle lies within covered samples, up to the holes that may be ignored. `map` must be built from `tiles`.
 pub fn is_covered(
     map: &OcclusionMap,
     tiles: &TileBuffer,
     rect: &SampleRect,
-    accuracy: Accuracy,
+    thresholds: &Thresholds,
 ) -> bool {
     let test = Test {
         map,
         tiles,
         rect,
-        ignored: accuracy.ignored_per_cell(),
+        thresholds,
     };
     let level = test.start_level();
     test.all_cells(rect.x, rect.y, level)
@@ -55,7 +55,7 @@ struct Test<'a> {
     map: &'a OcclusionMap,
     tiles: &'a TileBuffer,
     rect: &'a SampleRect,
-    ignored: u32,
+    thresholds: &'a Thresholds,
 }
 
 impl Test<'_> {
@@ -80,25 +80,26 @@ impl Test<'_> {
 
     fn cell(&self, level: usize, x: usize, y: usize) -> bool {
         let uncovered = self.map.uncovered(level, x, y);
-        if uncovered <= self.ignored {
+        if uncovered == 0 {
+            return true;
+        }
+        // Conservative rejection (HOM §5.3.1), and what has no coverage at all.
+        let covered = self.map.samples_of_cell(level, x, y) - uncovered;
+        if covered == 0 || level > 0 && covered <= self.thresholds.lost(level) {
+            return false;
+        }
+        if uncovered <= self.thresholds.ignored(level) {
             return true;
         }
         if level == 0 {
             let coverage = self.tiles.coverage()[y * self.map.width_of_level(0) + x];
-            return (mask_in_tile(self.rect, x, y) & !coverage).count_ones() <= self.ignored;
+            return mask_in_tile(self.rect, x, y) & !coverage == 0;
         }
         let [columns, rows] = self.map.pixels_of_cell(level, x, y);
-        let side = |s: [i32; 2]| (s[1] - s[0] + 1) as u32;
-        let pixels = side(columns) * side(rows);
-        let transparent = uncovered == pixels;
-        // Predictive rejection (HOM §5.3.4): a cell wholly in the rectangle, less opaque on average than level 0's
-        // threshold, has a tile that fails (or, at the picture's border, tiles too small to average with).
+        // Predictive rejection (HOM §5.3.4): in a cell wholly in the rectangle, more is uncovered than finer cells let pass.
         let in_rect = |cell: [i32; 2], rect: [i32; 2]| rect[0] <= cell[0] && cell[1] <= rect[1];
-        let below_threshold =
-            u64::from(uncovered) * 64 > u64::from(self.ignored) * u64::from(pixels);
-        let must_fail =
-            below_threshold && in_rect(columns, self.rect.x) && in_rect(rows, self.rect.y);
-        if transparent || must_fail {
+        let must_fail = u64::from(uncovered) > self.thresholds.passed_below(level);
+        if must_fail && in_rect(columns, self.rect.x) && in_rect(rows, self.rect.y) {
             return false;
         }
         self.all_cells(columns, rows, level - 1)

@@ -105,6 +105,24 @@ impl TileBuffer {
         self.level
     }
 
+    /// Sets by how many sub-pixels polygons are pulled in.
+    pub(crate) fn set_inset(&mut self, inset: i32) {
+        self.inset = inset;
+    }
+
+    /// Covers samples of a tile that are not, as far away as what is covered beside them: in the same part, or in the other one.
+    /// Where a tile has none, what is covered hides everything (HOM §6.4).
+    pub(crate) fn cover(&mut self, tile: usize, samples: u64) {
+        let before = self.coverage[tile];
+        self.coverage[tile] |= samples;
+        let depths = &mut self.depths[tile];
+        for part in 0..PARTS_PER_TILE {
+            if before & PART_MASKS[part] == 0 {
+                depths[part] = depths[1 - part];
+            }
+        }
+    }
+
     /// By how many sub-pixels polygons are pulled in: see [`MapScale`].
     pub(crate) fn inset(&self) -> i32 {
         self.inset

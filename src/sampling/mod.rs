@@ -22,7 +22,7 @@ use crate::prepare::{
     ClusterId, GridLayout, MOST_CLUSTERS_PER_VIEWPOINT, SampledCluster, VisibilityGrid,
     VisibilityGridError,
 };
-use crate::view::{Camera, PictureSize, Projection};
+use crate::view::{Camera, MapScale, PictureSize, Projection};
 
 use item_buffer::ItemBuffer;
 
@@ -126,6 +126,7 @@ impl Sampler {
     fn new(culler: &Culler, settings: &SamplingSettings) -> Result<Sampler, VisibilityGridError> {
         let for_face = Settings {
             accuracy: Accuracy::Exact,
+            map_scale: MapScale::Full,
             occluders: Selection::Contribution,
             budget: Budget::Auto,
             threads: 1,

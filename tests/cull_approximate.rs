@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use antumbra::cull::{Culler, Settings};
-use antumbra::measure::{FrameReport, MeasureSettings, run};
+use antumbra::cull::{Appearances, Culler, Settings, VisibleSet};
+use antumbra::measure::{FrameReport, MeasureSettings, Reference, run};
 use antumbra::occluders::Budget;
 use antumbra::occlusion::{Accuracy, Approximation};
 use antumbra::prepare::Prepared;
@@ -128,4 +128,90 @@ fn hardly_a_pixel_is_wrong_by_default() {
         assert!(wrong as f64 <= 2e-4 * pixels, "{name}: {wrong} of {pixels}");
         assert!(frames.iter().any(|frame| frame.culled > 0));
     }
+}
+
+/// What stands out is not lost in a hole; what does not, is.
+#[test]
+fn what_stands_out_shows_through_holes_that_are_ignored() {
+    let (scene, path) = generated(Kind::City, "salience");
+    let accuracy = Accuracy::Approximate(Approximation::of_hole(200));
+    let settings = settings(accuracy, MapScale::Full);
+    let mut culler = Culler::new(scene.clone(), settings).expect("threads");
+    let mut salient = culler.another(settings).expect("threads");
+    for object in 0..scene.objects().len() as u32 {
+        salient.set_salience(object, if object % 2 == 0 { 1.0 } else { 0.0 });
+    }
+    let (mut lost, mut kept) = (0, 0);
+    for camera in path.cameras().iter().step_by(6) {
+        let truth = Reference::new(&scene, camera, settings.size);
+        let (plain, found) = (culler.cull(camera), salient.cull(camera));
+        assert!(found.visible.is_sorted());
+        for object in truth.visible_objects() {
+            let is_lost = |found: &VisibleSet| found.visible.binary_search(&object).is_err();
+            if object % 2 == 0 {
+                assert!(!is_lost(&found), "{object} stands out");
+                kept += usize::from(is_lost(&plain));
+            } else {
+                lost += usize::from(is_lost(&found));
+            }
+        }
+    }
+    assert!(lost > 0 && kept > 0, "{lost} lost, {kept} kept");
+}
+
+#[test]
+fn levels_of_visibility_are_shares() {
+    let (scene, path) = generated(Kind::City, "levels");
+    let settings = settings(Accuracy::Exact, MapScale::Full);
+    let mut culler = Culler::new(scene.clone(), settings).expect("threads");
+    let mut levels = Vec::new();
+    culler.visibility_levels(&VisibleSet::default(), &mut levels);
+    assert!(levels.is_empty());
+    let mut of_kind = [0; 3];
+    for camera in path.cameras().iter().step_by(20) {
+        let found = culler.cull(camera);
+        culler.visibility_levels(&found, &mut levels);
+        assert_eq!(levels.len(), found.visible.len());
+        for &level in &levels {
+            assert!(level > 0.0 && level <= 1.0);
+            let kind = if level < 0.2 {
+                0
+            } else {
+                1 + usize::from(level > 0.8)
+            };
+            of_kind[kind] += 1;
+        }
+    }
+    assert!(of_kind.iter().all(|&count| count > 10), "{of_kind:?}");
+}
+
+/// What enters the picture does not appear all at once; what was in it and culled does.
+#[test]
+fn what_was_culled_a_frame_ago_appears() {
+    let (scene, path) = generated(Kind::City, "appearances");
+    let settings = settings(Accuracy::Exact, MapScale::Full);
+    let mut culler = Culler::new(scene.clone(), settings).expect("threads");
+    let mut appearances = Appearances::default();
+    let mut last: Option<(Vec<u32>, Vec<u32>)> = None;
+    let (mut appeared, mut entered) = (0, 0);
+    for camera in path.cameras().iter().step_by(3) {
+        let found = culler.cull(camera);
+        let hints = appearances.of_frame(&scene, camera, settings.size, &found);
+        let expected: Vec<u32> = match &last {
+            None => Vec::new(),
+            Some((in_frustum, visible)) => {
+                let is_new = |object: &&u32| !visible.contains(object);
+                let new = found.visible.iter().filter(is_new);
+                entered += new.clone().filter(|&o| !in_frustum.contains(o)).count();
+                new.filter(|&o| in_frustum.contains(o)).copied().collect()
+            }
+        };
+        assert_eq!(hints, expected);
+        appeared += hints.len();
+        last = Some((culler.in_frustum(camera), found.visible));
+    }
+    assert!(
+        appeared > 20 && entered > 20,
+        "{appeared} appeared, {entered} entered"
+    );
 }

@@ -276,6 +276,7 @@ impl Frame<'_> {
             &mut found.visible,
         );
         found.statistics.objects_tested = memory.test.tested() as u64;
+        self.put_back_salient(buffer, &mut found.visible);
     }
 
     /// Selects the clusters that the last frame needed; if it needed none, what is seen from nearby or promising.
@@ -419,6 +420,7 @@ impl Frame<'_> {
         }
         contributions.end_frame();
         self.put_back_never_culled(camera, visible);
+        self.put_back_salient(buffer, visible);
     }
 
     /// Puts objects back that are never culled.
@@ -435,6 +437,27 @@ impl Frame<'_> {
         visible.extend(never_culled.iter().filter(is_in_it));
         visible.sort_unstable();
         visible.dedup();
+    }
+
+    /// Puts objects back that stand out and show through holes that are ignored.
+    fn put_back_salient(&self, buffer: &OcclusionBuffer, visible: &mut Vec<u32>) {
+        if self.salient.is_empty() || buffer.ignored_pixels() == 0 {
+            return;
+        }
+        let frustum = Frustum::new(buffer.screen().camera(), self.settings.size);
+        let culled = visible.len();
+        for &(object, salience) in self.salient {
+            let bounds = &self.scene.bounds()[object as usize];
+            let shows = match buffer.screen().footprint_of_aabb(bounds) {
+                Footprint::Within(rect) => buffer.ignores_more_than(1.0 - salience, &rect),
+                _ => false,
+            };
+            let is_in_frustum = frustum.contains(bounds, Planes::ALL) != Containment::Outside;
+            if shows && is_in_frustum && visible[..culled].binary_search(&object).is_err() {
+                visible.push(object);
+            }
+        }
+        visible.sort_unstable();
     }
 
     /// The keys of the occluders among objects.

@@ -13,6 +13,7 @@
 //! surface strictly nearer at each sample the object could own; the nearest surface at a sample is never culled by
 //! it, since nothing is strictly nearer there.
 
+mod appearances;
 mod ask;
 mod clusters;
 mod covers;
@@ -57,6 +58,7 @@ pub(crate) use staged::StagedFrame;
 use traverse::{FrustumMemory, Subtrees};
 
 pub use antumbra_simd::{Level, LevelUnavailable};
+pub use appearances::Appearances;
 pub use statistics::{StageTimes, Statistics};
 
 /// How to cull.
@@ -141,6 +143,8 @@ struct State {
     occluders: Arc<Occluders>,
     subtrees: Arc<Subtrees>,
     visibility_grid: Option<Arc<VisibilityGrid>>,
+    /// Objects that stand out, in scene order, and how much.
+    salient: Vec<(u32, f32)>,
     buffer: Option<OcclusionBuffer>,
     remembered: Remembered,
     memory: Memory,
@@ -162,6 +166,8 @@ struct Frame<'a> {
     subtrees: &'a Subtrees,
     /// Of this scene, if there is one.
     visibility_grid: Option<&'a VisibilityGrid>,
+    /// Objects that stand out.
+    salient: &'a [(u32, f32)],
     settings: &'a Settings,
     tasks: Tasks<'a>,
     /// When no more occluders are to be drawn, if that depends on the time.
@@ -292,6 +298,7 @@ impl Culler {
                 settings,
                 occluders,
                 visibility_grid: None,
+                salient: Vec::new(),
                 buffer: None,
                 remembered: Remembered::default(),
                 memory: Memory::default(),
@@ -307,6 +314,39 @@ impl Culler {
     /// The settings.
     pub fn settings(&self) -> &Settings {
         &self.state.settings
+    }
+
+    /// Says how much an object stands out against what may hide it, from 0 to 1: a lamp behind leaves (HOM §5.3.2). Where holes are
+    /// ignored, such an object is culled only if it shows in no more than a share of `1 − salience` of what may be ignored in a tile;
+    /// with 1, none of it. 0 at first.
+    ///
+    /// # Panics
+    /// If there is no such object.
+    pub fn set_salience(&mut self, object: u32, salience: f32) {
+        assert!((object as usize) < self.state.scene.objects().len());
+        let salient = &mut self.state.salient;
+        let place = salient.binary_search_by_key(&object, |&(object, _)| object);
+        match place {
+            Ok(place) if salience > 0.0 => salient[place].1 = salience,
+            Ok(place) => {
+                salient.remove(place);
+            }
+            Err(place) if salience > 0.0 => salient.insert(place, (object, salience)),
+            Err(_) => {}
+        }
+    }
+
+    /// About what share of each visible object may be seen, more than 0 and up to 1, in their order
+    /// ([`Visibility::Visible`](crate::occlusion::Visibility)): where a coarser model would do. Nothing if there was no frame yet.
+    pub fn visibility_levels(&self, visible: &VisibleSet, levels: &mut Vec<f32>) {
+        levels.clear();
+        if let Some(buffer) = &self.state.buffer {
+            let bounds = self.state.scene.bounds();
+            let visible = visible.visible.iter();
+            // What is visible by a closer question may be hidden by its world box alone: only drawn since.
+            let level = |&object: &u32| buffer.test_aabb(&bounds[object as usize]).level();
+            levels.extend(visible.map(level).map(|level| level.max(0.5 / 8.0)));
+        }
     }
 
     /// How many threads are used.
@@ -452,6 +492,7 @@ impl State {
             occluders: &self.occluders,
             subtrees: &self.subtrees,
             visibility_grid: self.visibility_grid.as_deref(),
+            salient: &self.salient,
             settings: &self.settings,
             tasks,
             ends: None,
@@ -465,6 +506,7 @@ impl State {
             occluders,
             subtrees,
             visibility_grid,
+            salient,
             buffer,
             remembered,
             memory,
@@ -474,6 +516,7 @@ impl State {
             occluders,
             subtrees,
             visibility_grid: visibility_grid.as_deref(),
+            salient,
             settings,
             tasks,
             // A time beyond all times is none.
@@ -503,6 +546,7 @@ impl State {
             occluders: &self.occluders,
             subtrees: &self.subtrees,
             visibility_grid: None,
+            salient: &self.salient,
             settings: &settings,
             tasks,
             ends: None,

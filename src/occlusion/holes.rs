@@ -71,6 +71,11 @@ impl Holes {
         self.samples
     }
 
+    /// How many samples may be ignored in a tile, whatever is around it.
+    pub(super) fn ignored_in_tile(&self) -> u32 {
+        self.thresholds.ignored(0)
+    }
+
     /// The samples of each tile that are ignored.
     pub fn ignored(&self) -> &[u64] {
         &self.ignored

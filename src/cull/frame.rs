@@ -261,6 +261,7 @@ impl Frame<'_> {
             self.finish_depth(buffer, &found.occluders, two_passes);
             clock.lap(|times| &mut times.pyramid);
             self.ask_behind(buffer, in_frustum, &mut memory.hidden, two_passes, found);
+            self.put_back_salient(buffer, &mut found.visible);
             return;
         }
         clock.lap(|times| &mut times.pyramid);

@@ -5,6 +5,7 @@
 
 mod demo;
 mod demo_report;
+mod depth_options;
 mod failure;
 mod generate;
 mod info;

@@ -104,14 +104,16 @@ pub fn draw_occluders(
             draw_until(EVERYTHING, frame, buffer, memory, drawn);
             return;
         }
-        frame.tasks.alone(Work::Look, || buffer.close_holes());
-        hide_subtrees(
-            frame,
-            buffer,
-            &mut memory.traverse,
-            drawn.hidden,
-            drawn.statistics,
-        );
+        if frame.asks_before_drawing() {
+            frame.tasks.alone(Work::Look, || buffer.close_holes());
+            hide_subtrees(
+                frame,
+                buffer,
+                &mut memory.traverse,
+                drawn.hidden,
+                drawn.statistics,
+            );
+        }
         candidates.retain(|&key| !drawn.hidden.has(object_of(key)));
         before_look *= MORE_BEFORE_NEXT_LOOK;
         if per_batch > 1 {

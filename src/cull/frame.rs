@@ -15,6 +15,7 @@ use super::test::{Kept, LookMemory, NOT_LOOKED_AT, TestMemory, look_closely, not
 use super::traverse::{
     self, FrustumMemory, TraverseMemory, hide_subtrees, not_hidden_among, not_hidden_so_far,
 };
+use super::two_passes::TwoPassMemory;
 use super::{Frame, Remembered, StageTimes, Statistics, VisibleSet, grow, share_of};
 use crate::occluders::{
     Budget, Contributions, DrawnCluster, LastFrame, Selection, distance_keys, keep_active,
@@ -55,6 +56,7 @@ pub struct Memory {
     kept: Vec<Kept>,
     look: LookMemory,
     test: TestMemory,
+    pub(super) two_passes: TwoPassMemory,
     hidden: Marks,
 }
 
@@ -130,7 +132,7 @@ impl Frame<'_> {
             Selected::Sampled => {
                 let seen = seen_nearby(self, buffer.screen().camera()).unwrap_or_default();
                 draw_sampled(self, seen, buffer, &mut memory.draw, &mut drawn);
-                if !self.is_by_contribution() {
+                if !self.is_by_contribution() && self.asks_before_drawing() {
                     let Drawn {
                         hidden, statistics, ..
                     } = &mut drawn;
@@ -169,7 +171,9 @@ impl Frame<'_> {
 
     /// Where everything is drawn there is nothing to choose.
     fn is_by_contribution(&self) -> bool {
-        self.settings.occluders == Selection::Contribution && self.settings.budget != Budget::All
+        self.settings.occluders == Selection::Contribution
+            && self.settings.budget != Budget::All
+            && self.asks_before_drawing()
     }
 
     fn remembers_visible(&self) -> bool {
@@ -252,6 +256,14 @@ impl Frame<'_> {
     ) {
         self.tasks.alone(Work::Finish, || buffer.finish());
         found.statistics.ignored_pixels = buffer.ignored_pixels();
+        if !self.asks_before_drawing() {
+            let (in_frustum, two_passes) = (&memory.in_frustum, &mut memory.two_passes);
+            self.finish_depth(buffer, &found.occluders, two_passes);
+            clock.lap(|times| &mut times.pyramid);
+            self.ask_behind(buffer, in_frustum, &mut memory.hidden, two_passes, found);
+            self.put_back_salient(buffer, &mut found.visible);
+            return;
+        }
         clock.lap(|times| &mut times.pyramid);
         let undecided = |&&object: &&u32| {
             !memory.hidden.has(object) || self.scene.objects()[object as usize].never_cull

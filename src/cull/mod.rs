@@ -5,8 +5,9 @@
 //! answers for all below it (`draw`, `traverse`). By contribution, the clusters that the last frame needed are drawn (`recall`),
 //! the hierarchy is asked (`traverse`, `seen`), and where an object shows that ought to be hidden, what covers it is drawn
 //! (`gaps`, `covers`). Where nothing is remembered, the clusters that are seen from a viewpoint nearby stand in for those that were
-//! needed, if somebody found them beforehand (`sampled`). On request, `clusters` tells which clusters of the survivors may be seen.
-//! `staged` does a frame stage by stage, for a pipeline of frames.
+//! needed, if somebody found them beforehand (`sampled`). With another depth representation than the default one, drawing and asking
+//! are two passes, the first of which asks nothing (`two_passes`). On request, `clusters` tells which clusters of the survivors may be
+//! seen. `staged` does a frame stage by stage, for a pipeline of frames.
 //!
 //! In exact mode the picture of the survivors is the picture of the scene. Every answer "hidden" rests on an occluder
 //! surface strictly nearer at each sample the object could own; the nearest surface at a sample is never culled by
@@ -29,6 +30,7 @@ mod staged;
 mod statistics;
 mod test;
 mod traverse;
+mod two_passes;
 mod waiting;
 
 use std::sync::Arc;
@@ -39,7 +41,7 @@ use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 use crate::occluders::{
     Budget, Contributions, DrawnCluster, FramesBack, LastFrame, Selection, Weighing,
 };
-use crate::occlusion::{Accuracy, OcclusionBuffer};
+use crate::occlusion::{Accuracy, DepthMap, DepthRepresentation, OcclusionBuffer};
 use crate::prepare::{
     ClusterId, ClusteredMesh, ClusteredScene, Prepared, StaticCriteria, VisibilityGrid,
     VisibilityGridError,
@@ -68,6 +70,10 @@ pub struct Settings {
     pub accuracy: Accuracy,
     /// How much coarser than the picture the occlusion map is.
     pub map_scale: MapScale,
+    /// What is kept of the occluders' depth. With another representation than the default one a frame is HOM's two passes
+    /// (§3.2): it draws its occluders, nearest first if they are to be chosen by contribution, and then asks every object's
+    /// rectangle and nearest depth, and nothing more closely. With a map that is coarser than the picture it is the default one.
+    pub depth: DepthRepresentation,
     /// How occluders are chosen.
     pub occluders: Selection,
     /// How many triangles may be drawn as occluders.
@@ -94,6 +100,7 @@ impl Settings {
             size,
             accuracy: Accuracy::Exact,
             map_scale: MapScale::Full,
+            depth: DepthRepresentation::default(),
             occluders: Selection::default(),
             budget: Budget::default(),
             static_criteria: StaticCriteria::NONE,
@@ -352,6 +359,11 @@ impl Culler {
     /// What the last frame drew; none before the first.
     pub fn buffer(&self) -> Option<&OcclusionBuffer> {
         self.state.buffer.as_ref()
+    }
+
+    /// The depth of what the last frame drew, if it is not in the tiles of [`Culler::buffer`]: see [`Settings::depth`].
+    pub fn depth_map(&self) -> Option<&DepthMap> {
+        self.state.memory.two_passes.depth_map()
     }
 
     /// What the next frame knows of those before it.

@@ -23,7 +23,7 @@ use glam::{DAffine3, DVec3};
 
 use super::ProjectedBox;
 use crate::scene::{Aabb, OrientedBox};
-use crate::view::{Camera, MapScale, PictureSize};
+use crate::view::{Camera, MapScale, PictureSize, Projection};
 
 /// How far a projected coordinate may lie from where it is drawn, in sub-pixels, besides errors that scale with the
 /// scene and what a sample of a coarse map reaches.
@@ -225,6 +225,62 @@ impl Screen {
                 })
             }));
         }
+    }
+
+    /// A depth that nothing is drawn farther than which is within a box, axis-aligned in the local coordinates of something
+    /// within `bounds`; `from_local` is its transform to the screen. Minus infinity where that is not known.
+    ///
+    /// A quotient of sums is no less than the least quotient of its summands, so depth is least at a corner, or where the near
+    /// plane cuts: nothing is drawn before that.
+    pub(crate) fn farthest_depth_of_local_box(
+        &self,
+        from_local: &ScreenTransform,
+        bounds: &Aabb,
+        local: &Aabb,
+    ) -> f32 {
+        let error = 2.0 * self.position_error(reach(bounds));
+        let [depth_error, w_error] = [self.norms.depth, self.norms.w].map(|norm| norm * error);
+        let t = from_local;
+        let at_least = |depth: f64, w: f64| {
+            let depth = depth - depth_error;
+            let w = if depth < 0.0 {
+                w - w_error
+            } else {
+                w + w_error
+            };
+            if w > 0.0 {
+                depth / w
+            } else {
+                f64::NEG_INFINITY
+            }
+        };
+        let near_w = match self.camera.projection() {
+            Projection::Perspective { near, .. } => *near,
+            Projection::Orthographic { .. } => 1.0,
+        };
+        let mut farthest = at_least(t.near_depth * near_w, near_w);
+        for i in 0..8 {
+            let side = |axis: usize| {
+                if i >> axis & 1 == 0 {
+                    local.min
+                } else {
+                    local.max
+                }
+            };
+            let corner = DVec3::new(side(0).x, side(1).y, side(2).z);
+            let at = |r: [f64; 4]| vector(r).dot(corner) + r[3];
+            let (depth, w) = (at(t.depth), at(t.w));
+            let is_too_near = depth - depth_error > t.near_depth * (w + w_error);
+            let at_least = at_least(depth, w);
+            // Of what is not a number nothing is known.
+            if at_least.is_nan() || w <= w_error && !is_too_near {
+                return f32::NEG_INFINITY;
+            }
+            if w > w_error && at_least < farthest {
+                farthest = at_least;
+            }
+        }
+        -round_up(farthest.abs() * POSITION_ERROR - farthest)
     }
 
     /// Where a box with any orientation may be drawn: its centre, and three vectors from there to the middles of

@@ -93,8 +93,9 @@ fn within_limits(v: ScreenVertex, t: &ScreenTransform) -> ScreenVertex {
     }
 }
 
-/// Clips a triangle and gives what is left as triangles on the sub-pixel grid, a fan with the triangle's own winding.
-/// A triangle with a vertex that is not finite gives none.
+/// Clips a triangle and gives what is left as triangles on the sub-pixel grid, a fan with the triangle's own winding. It begins at the
+/// canonical corner, so that it is the same whichever corner the triangle is said to begin with: clusters turn triangles when they
+/// pair them, and depths hang on the fan. A triangle with a vertex that is not finite gives none.
 pub fn clip_triangle(
     triangle: [ClipVertex; 3],
     t: &ScreenTransform,
@@ -105,7 +106,9 @@ pub fn clip_triangle(
         return;
     }
     let band = f64::from(GUARD_BAND);
-    let [a, b, c] = triangle;
+    let is_first = |i: usize| (0..3).all(|other| canonical_order(&triangle[i], &triangle[other]));
+    let first = (0..3).find(|&i| is_first(i)).unwrap_or(0);
+    let [a, b, c] = [0, 1, 2].map(|i| triangle[(first + i) % 3]);
     let mut polygon = Polygon {
         corners: [a, b, c, a, a, a, a, a, a],
         len: 3,

@@ -107,7 +107,18 @@ fn surfaces(world: &World, view: &View, thing: &Thing, tally: &mut Tally) -> Vec
         let terms = triangle.map(|i| thing.terms(thing.positions[i as usize]));
         let terms = terms.into_iter().fold(0.0, f64::max);
         let position = (terms + view.eye_reach) * POSITION_ERROR;
-        let polygon = view.clipped(&corners, position);
+        let mut polygon = view.clipped(&corners, position);
+        // The fan begins at the corner that the first triangle begins with; of those that it may be, the one that fits best.
+        if let Some(drawn) = own.first() {
+            let fit = |i: usize| {
+                let corner = &polygon[i];
+                off(corner, &tolerance(view, corner, position), drawn.points[0])
+            };
+            let fits = (0..polygon.len()).filter_map(|i| Some((i, fit(i)?)));
+            if let Some((pivot, _)) = fits.min_by(|a, b| a.1.total_cmp(&b.1)) {
+                polygon.rotate_left(pivot);
+            }
+        }
         let tolerances: Vec<Tolerance> = polygon
             .iter()
             .map(|c| tolerance(view, c, position))

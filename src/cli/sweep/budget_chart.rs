@@ -162,7 +162,7 @@ fn label(number: f64) -> String {
     if number < 10.0 {
         format!("{number:.1}")
     } else {
-        super::output::thousands(number.round() as u64)
+        crate::cli::output::thousands(number.round() as u64)
     }
 }
 
@@ -171,10 +171,13 @@ fn label(number: f64) -> String {
 /// # Errors
 /// If it cannot be drawn.
 pub fn chart(name: &str, swept: &Sweep, against: Against) -> Result<String, Anything> {
-    let points = &swept.points;
+    let points: Vec<&SweepPoint> = swept.choices().collect();
     let across = |p: &SweepPoint| against.of(p);
-    let least = points.iter().map(across).fold(f64::INFINITY, f64::min);
-    let most = points.iter().map(across).fold(least, f64::max);
+    let least = points
+        .iter()
+        .map(|p| across(p))
+        .fold(f64::INFINITY, f64::min);
+    let most = points.iter().map(|p| across(p)).fold(least, f64::max);
     let (left, right) = (least * 0.9, most * 1.1);
     let culled = points.iter().map(|p| p.culled_of_hidden);
     let (worst, best) = (
@@ -188,7 +191,7 @@ pub fn chart(name: &str, swept: &Sweep, against: Against) -> Result<String, Anyt
         let (area, names) = all.split_horizontally(SIZE.0 - NAMES_WIDTH);
         let title = format!(
             "{name}: how many of the hidden objects are culled (mean of {})",
-            super::output::count_of(swept.frames as u64, "frame")
+            crate::cli::output::count_of(swept.frames as u64, "frame")
         );
         let mut chart = ChartBuilder::on(&area)
             .caption(title, ("sans-serif", 20))
@@ -245,7 +248,7 @@ pub fn chart(name: &str, swept: &Sweep, against: Against) -> Result<String, Anyt
 }
 
 fn swept_lines(swept: &Sweep) -> usize {
-    let points = &swept.points;
+    let points: Vec<&SweepPoint> = swept.choices().collect();
     points.chunk_by(|a, b| a.occluders == b.occluders).count()
 }
 

@@ -32,13 +32,15 @@ tbody + tbody tr:first-child td { border-top: 2px solid var(--line) }
 dl { display: grid; gap: .2rem 1.5rem; grid-template-columns: max-content 1fr }
 dt { color: var(--faint) }
 dd { margin: 0 }
-@page { margin: 14mm }
+@page { margin: 13mm }
 @media print {
   :root { color-scheme: light; --paper: #fff; --ink: #000; --faint: #333; --line: #bbb; --best: #eee }
-  body { font-size: 10.5pt; margin: 0; max-width: none; padding: 0 }
+  body { font-size: 10pt; margin: 0; max-width: none; padding: 0 }
   h2, h3 { break-after: avoid }
   section, tr, dl { break-inside: avoid }
-  section { margin: 1rem 0 }
+  section { margin: .8rem 0 }
+  figure svg { margin: 0 auto; width: 84% }
+  figcaption { line-height: 1.35; margin-top: .2rem; max-width: none }
   h2 { margin-top: 1.4rem }
   thead { display: table-header-group }
   .paper { border: 0; padding: 0 }
@@ -172,7 +174,7 @@ fn facts(page: &mut Page, header: &Header<'_>, swept: &Sweep) {
 /// The settings of a front, with the letters that they have on its chart.
 fn front(page: &mut Page, swept: &Sweep, error: Error) {
     page.put(format_args!(
-        "<section><h3>Its front</h3><div class=\"scroll\"><table><thead><tr><th>on the chart<th class=\"left\">setting<th>time a frame, &micro;s\
+        "<section><h3>The front of this chart</h3><div class=\"scroll\"><table><thead><tr><th>on the chart<th class=\"left\">setting<th>time a frame, &micro;s\
          <th>wrong pixels a frame<th>hidden not culled<th>false culls</thead><tbody>"
     ));
     for (i, p) in error.front(swept).into_iter().enumerate() {

@@ -11,13 +11,13 @@ use crate::cli::output::thousands;
 /// What a plot measures across and down, in the units of the SVG: about 1/96 inch on a page.
 pub const SIZE: (f64, f64) = (960.0, 500.0);
 /// What axes and their numbers take at the left and below.
-const LEFT: f64 = 84.0;
-const BELOW: f64 = 64.0;
+const LEFT: f64 = 100.0;
+const BELOW: f64 = 66.0;
 const ABOVE: f64 = 20.0;
 /// What the legend takes at the right.
 const LEGEND: f64 = 250.0;
 /// From one line of the legend to the next.
-const LEADING: f64 = 21.0;
+const LEADING: f64 = 22.0;
 /// Where a logarithmic axis that shows zero becomes logarithmic, as a share of its length.
 const ZERO_SHARE: f64 = 0.14;
 
@@ -160,7 +160,7 @@ fn round_step(least: f64) -> f64 {
 /// The numbers along a logarithmic axis: the fewer of each decade the more decades there are.
 fn log_ticks(from: f64, to: f64) -> Vec<f64> {
     let steps: &[f64] = match to / from {
-        ratio if ratio < 6.0 => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0],
+        ratio if ratio < 12.0 => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0],
         ratio if ratio < 1_000.0 => &[1.0, 2.0, 5.0],
         _ => &[1.0],
     };
@@ -236,7 +236,7 @@ impl Plot {
         let (width, height) = SIZE;
         let svg = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" role=\"img\" \
-             aria-label=\"{}\" font-family=\"system-ui, Helvetica, Arial, sans-serif\" font-size=\"14\" fill=\"#000\">\n\
+             aria-label=\"{}\" font-family=\"system-ui, Helvetica, Arial, sans-serif\" font-size=\"15\" fill=\"#000\">\n\
              <rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n",
             escaped(about)
         );
@@ -317,7 +317,7 @@ impl Plot {
         ));
         let middle = (ABOVE + bottom) / 2.0;
         self.put(format_args!(
-            "<text class=\"axis\" transform=\"translate(20 {middle:.1}) rotate(-90)\" text-anchor=\"middle\" \
+            "<text class=\"axis\" transform=\"translate(18 {middle:.1}) rotate(-90)\" text-anchor=\"middle\" \
              font-weight=\"600\">{}</text>",
             escaped(&y.title)
         ));
@@ -382,8 +382,19 @@ impl Plot {
         let (x, y) = self.place(point);
         let y = if is_below { y + 20.0 } else { y - 10.0 };
         self.put(format_args!(
-            "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"middle\" font-size=\"12\" stroke=\"#fff\" \
+            "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"middle\" font-size=\"13\" stroke=\"#fff\" \
              stroke-width=\"3\" paint-order=\"stroke\">{}</text>",
+            escaped(text)
+        ));
+    }
+
+    /// A short text at the right of a point.
+    pub fn note_beside(&mut self, point: (f64, f64), text: &str) {
+        let (x, y) = self.place(point);
+        self.put(format_args!(
+            "<text x=\"{:.1}\" y=\"{:.1}\" font-size=\"13\" stroke=\"#fff\" stroke-width=\"3\" paint-order=\"stroke\">{}</text>",
+            x + 9.0,
+            y + 12.0,
             escaped(text)
         ));
     }
@@ -401,7 +412,7 @@ impl Plot {
     fn badge_at(&mut self, (x, y): (f64, f64), text: &str) {
         self.put(format_args!(
             "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"9\" fill=\"#fff\" stroke=\"#000\"/>\
-             <text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\" font-size=\"12\" font-weight=\"600\">{}</text>",
+             <text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\" font-size=\"13\" font-weight=\"600\">{}</text>",
             y + 4.3,
             escaped(text)
         ));
@@ -432,7 +443,7 @@ impl Plot {
         let x = Self::right() + 18.0;
         let y = self.legend + 5.0;
         self.put(format_args!(
-            "<text x=\"{x}\" y=\"{y:.1}\" font-weight=\"600\" font-size=\"13\">{}</text>",
+            "<text x=\"{x}\" y=\"{y:.1}\" font-weight=\"600\" font-size=\"14\">{}</text>",
             escaped(text)
         ));
         self.legend += LEADING;
@@ -441,7 +452,7 @@ impl Plot {
     fn legend_text(&mut self, x: f64, text: &str) {
         let y = self.legend + 4.5;
         self.put(format_args!(
-            "<text x=\"{x}\" y=\"{y:.1}\" font-size=\"13\">{}</text>",
+            "<text x=\"{x}\" y=\"{y:.1}\" font-size=\"14\">{}</text>",
             escaped(text)
         ));
         self.legend += LEADING;

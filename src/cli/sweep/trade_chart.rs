@@ -25,6 +25,14 @@ impl Error {
         }
     }
 
+    /// Whether a point is drawn.
+    fn takes(self, point: &SweepPoint) -> bool {
+        match self {
+            Error::WrongPixels => !point.series.is_empty(),
+            Error::MissedCulls => !point.is_oracle(),
+        }
+    }
+
     /// The points that nothing beats.
     pub fn front(self, swept: &Sweep) -> Vec<&SweepPoint> {
         match self {
@@ -43,7 +51,7 @@ impl Error {
 
 /// The chart, and what to see in it.
 pub fn trade_chart(swept: &Sweep, error: Error) -> Figure {
-    let points = || swept.points.iter().filter(|p| !p.is_oracle());
+    let points = || swept.points.iter().filter(|p| error.takes(p));
     let front = error.front(swept);
     let place = |p: &SweepPoint| (p.time_us, error.of(p));
     let mut plot = Plot::new(
@@ -89,8 +97,13 @@ pub fn trade_chart(swept: &Sweep, error: Error) -> Figure {
             width: 1.2,
         };
         plot.line(&line.iter().map(|p| place(p)).collect::<Vec<_>>(), look);
+        if error == Error::WrongPixels {
+            for point in line.iter().filter(|p| p.hole > 0) {
+                plot.note_beside(place(point), &point.hole.to_string());
+            }
+        }
         let scale = match line[0].map_scale {
-            1 => "map as large as the picture".to_owned(),
+            1 => "full-size map".to_owned(),
             scale => format!("map at 1/{scale}"),
         };
         let depth = if has_depths {
@@ -168,11 +181,16 @@ fn caption(swept: &Sweep, error: Error, front: &[&SweepPoint]) -> String {
             amount(error, best)
         ),
     };
+    let settings = &swept.settings;
     let what = match error {
         Error::WrongPixels => format!(
-            "A pixel is wrong if it shows another object than the exact picture does (DYN \u{a7}4.3). Exact settings lie on the \
-             line of 0, below the break of the axis: no pixel of {} is wrong.",
-            count_of(swept.frames as u64, "frame")
+            "A pixel is wrong if it shows another object than the exact picture does (DYN \u{a7}4.3). The number at a mark is the \
+             size of holes that are ignored, in pixels; marks without one are exact and lie on the line of 0, below the break of \
+             the axis: no pixel of {} is wrong. All settings here choose occluders by {} with budget {}; \
+             they do not hide as much as each other, which the next chart shows.",
+            count_of(swept.frames as u64, "frame"),
+            settings.occluders,
+            settings.budget
         ),
         Error::MissedCulls => "A cull is missed if an object in the frustum owns no pixel of the exact picture and is drawn all \
              the same: it costs time downstream, and no pixel is wrong. With holes ignored more is culled, some of it wrongly, \
@@ -180,7 +198,7 @@ fn caption(swept: &Sweep, error: Error, front: &[&SweepPoint]) -> String {
             .to_owned(),
     };
     format!(
-        "Left and down is better. The dashed line is the Pareto front: no other setting is both as quick and as good as one \
+        "Left and down is better. The dashed line is the Pareto front: no other setting here is both as quick and as good as one \
          on it.{ends} {what} Dotted lines join the hole sizes of a map's scale. Points that differ by a few per cent of time may change \
          places from run to run."
     )

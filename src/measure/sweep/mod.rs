@@ -213,24 +213,27 @@ pub fn sweep(
 }
 
 /// Says of each point whether it is on the fronts. The oracle is on none: its time leaves out how it knows.
+///
+/// Wrong pixels are compared among the points of holes and scales alone. Exact culling has none however little it hides, so whatever selection
+/// hides least in the least time would be best at both and tell nothing.
 fn mark_fronts(points: &mut [SweepPoint]) {
-    let others: Vec<usize> = (0..points.len())
-        .filter(|&i| !points[i].is_oracle())
-        .collect();
-    let front = |error: fn(&SweepPoint) -> f64| {
-        let values: Vec<(f64, f64)> = others
-            .iter()
-            .map(|&i| (points[i].time_us, error(&points[i])))
-            .collect();
+    let front = |points: &[SweepPoint],
+                 takes: fn(&SweepPoint) -> bool,
+                 error: fn(&SweepPoint) -> f64|
+     -> Vec<usize> {
+        let taken: Vec<usize> = (0..points.len()).filter(|&i| takes(&points[i])).collect();
+        let value = |&i: &usize| (points[i].time_us, error(&points[i]));
+        let values: Vec<(f64, f64)> = taken.iter().map(value).collect();
         pareto_front(&values)
+            .into_iter()
+            .map(|i| taken[i])
+            .collect()
     };
-    let wrong = front(|p| p.wrong_pixels_a_frame);
-    let missed = front(|p| p.missed_culls);
-    for i in wrong {
-        points[others[i]].on_front_of_wrong_pixels = true;
+    for i in front(points, |p| !p.series.is_empty(), |p| p.wrong_pixels_a_frame) {
+        points[i].on_front_of_wrong_pixels = true;
     }
-    for i in missed {
-        points[others[i]].on_front_of_missed_culls = true;
+    for i in front(points, |p| !p.is_oracle(), |p| p.missed_culls) {
+        points[i].on_front_of_missed_culls = true;
     }
 }
 
@@ -256,5 +259,38 @@ fn shared(settings: &SweepSettings, threads: usize) -> SweptWith {
         budget: budget.to_string(),
         distribution: settings.approximation.distribution,
         every: settings.every.max(1),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn point(name: &str, time_us: f64, missed_culls: f64, wrong: Option<f64>) -> SweepPoint {
+        SweepPoint {
+            occluders: name.to_owned(),
+            time_us,
+            missed_culls,
+            wrong_pixels_a_frame: wrong.unwrap_or(0.0),
+            series: wrong.map_or(Vec::new(), |_| vec![PointFrame::default()]),
+            ..SweepPoint::default()
+        }
+    }
+
+    #[test]
+    fn fronts_leave_out_the_oracle_and_what_hides_little() {
+        let mut points = [
+            point("nearest", 10.0, 0.9, None),
+            point(ORACLE, 1.0, 0.0, None),
+            point("contribution", 30.0, 0.02, Some(0.0)),
+            point("contribution", 20.0, 0.03, Some(5.0)),
+            point("contribution", 25.0, 0.03, Some(6.0)),
+            point("weight", 40.0, 0.02, None),
+        ];
+        mark_fronts(&mut points);
+        let wrong = points.each_ref().map(|p| p.on_front_of_wrong_pixels);
+        assert_eq!(wrong, [false, false, true, true, false, false]);
+        let missed = points.each_ref().map(|p| p.on_front_of_missed_culls);
+        assert_eq!(missed, [true, false, true, true, false, false]);
     }
 }

@@ -39,7 +39,7 @@ pub struct SweepPoint {
     pub wrong_pixels_a_frame: f64,
     /// Exactly hidden objects that were not culled, as a share of all that are hidden; 0 if nothing is.
     pub missed_culls: f64,
-    /// Whether no other setting is both as quick and as right about pixels.
+    /// Whether no other hole and scale is both as quick and as right about pixels, with the selection and budget of the base settings.
     pub on_front_of_wrong_pixels: bool,
     /// Whether no other setting is as quick and misses as few.
     pub on_front_of_missed_culls: bool,

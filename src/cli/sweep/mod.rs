@@ -23,7 +23,7 @@ use super::options::{
 use super::output::{say, thousands};
 use super::progress;
 use super::render::{file_name, no_threads};
-use budget_chart::{Against, chart};
+use budget_chart::{Against, budget_chart};
 use error_chart::wrong_pixels;
 use page::{Header, sweep_page};
 use trade_chart::{Error, trade_chart};
@@ -158,7 +158,7 @@ impl Sweep {
         let name = file_name(&self.scene);
         let json = serde_json::to_string_pretty(&swept)
             .map_err(|e| Failure::Failed(format!("the figures cannot be written as JSON: {e}")))?;
-        let figures = self.figures(&name, &swept)?;
+        let figures = self.figures(&swept);
         self.write("sweep.json", &(json + "\n"))?;
         self.write("sweep.csv", &table::csv(&swept))?;
         self.write("sweep-frames.csv", &table::frames_csv(&swept))?;
@@ -174,11 +174,7 @@ impl Sweep {
         say(format_args!("charts and figures in {}", self.out.display()))
     }
 
-    fn figures(&self, name: &str, swept: &Swept) -> Result<Vec<Figure>, Failure> {
-        let drawn = |against| {
-            chart(name, swept, against)
-                .map_err(|e| Failure::Failed(format!("the chart cannot be drawn: {e}")))
-        };
+    fn figures(&self, swept: &Swept) -> Vec<Figure> {
         let mut figures = vec![
             trade_chart(swept, Error::WrongPixels),
             trade_chart(swept, Error::MissedCulls),
@@ -195,19 +191,9 @@ impl Sweep {
             figures.extend(wrong_pixels(swept, coarsest, "sweep-frames-coarse.svg"));
         }
         figures.push(thread_chart::thread_chart(swept));
-        figures.push(Figure {
-            file: "sweep.svg",
-            title: "Selections: culled for triangles drawn",
-            caption: format!("{SELECTIONS} The higher, the more of the hidden objects are culled; the farther to the left, the fewer triangles that takes."),
-            svg: drawn(Against::Triangles)?,
-        });
-        figures.push(Figure {
-            file: "sweep-time.svg",
-            title: "Selections: culled for time",
-            caption: format!("{SELECTIONS} The higher and the farther to the left, the better. The oracle's time leaves out finding the clusters."),
-            svg: drawn(Against::Time)?,
-        });
-        Ok(figures)
+        figures.push(budget_chart(swept, Against::Triangles));
+        figures.push(budget_chart(swept, Against::Time));
+        figures
     }
 
     fn write(&self, file: &str, text: &str) -> Result<(), Failure> {
@@ -215,8 +201,3 @@ impl Sweep {
         std::fs::write(file, text).map_err(|e| Failure::with_file(file, "cannot be written", e))
     }
 }
-
-/// What the lines of the charts of selections are.
-const SELECTIONS: &str = "Each line is a way to choose which triangles are drawn as occluders, its points are budgets. <i>oracle</i> is no such way, \
-    but what to hold them against: of each frame, the clusters of triangles that own the most pixels of the exact picture for \
-    their number.";

@@ -1,7 +1,8 @@
 //! Plots as SVG, made to be read on paper too: black axes with titles and units, thin grids, marks that differ by shape as well as by
 //! colour, lines that differ by dashes.
 //!
-//! Written by hand: plotters sets text as a screen of fixed size needs it, and has no axis that is logarithmic and shows zero.
+//! Written by hand: the plotting libraries at hand set text as a screen of fixed size needs it, and have no axis that is logarithmic and
+//! shows zero.
 
 use std::fmt::Write;
 
@@ -21,9 +22,9 @@ const LEADING: f64 = 22.0;
 /// Where a logarithmic axis that shows zero becomes logarithmic, as a share of its length.
 const ZERO_SHARE: f64 = 0.14;
 
-/// Okabe and Ito's palette without its yellow, which is too light for lines: it differs for every kind of colour vision.
-pub const COLORS: [&str; 6] = [
-    "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9",
+/// Okabe and Ito's palette, which differs for every kind of colour vision; its yellow is too light for lines on white and darkened.
+pub const COLORS: [&str; 8] = [
+    "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#6e6e6e", "#e69f00", "#94820a",
 ];
 
 /// How an axis turns values into places.
@@ -194,6 +195,7 @@ pub enum Mark {
     Square,
     Triangle,
     Diamond,
+    Cross,
     Ring,
     /// A small grey ring, for what stands in the background.
     Faint,
@@ -206,7 +208,7 @@ pub const MARKS: [Mark; 5] = [
     Mark::Square,
     Mark::Triangle,
     Mark::Diamond,
-    Mark::Ring,
+    Mark::Cross,
 ];
 
 /// What a line and its marks look like.
@@ -366,6 +368,11 @@ impl Plot {
             Mark::Diamond => self.put(format_args!(
                 "<path d=\"M{x:.1} {:.1}l6 6l-6 6l-6 -6z\" fill=\"{color}\" stroke=\"#fff\"/>",
                 y - 6.0
+            )),
+            Mark::Cross => self.put(format_args!(
+                "<path d=\"M{:.1} {:.1}l9 9m0 -9l-9 9\" stroke=\"{color}\" stroke-width=\"2.2\"/>",
+                x - 4.5,
+                y - 4.5
             )),
             Mark::Ring => self.put(format_args!(
                 "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4.5\" fill=\"#fff\" stroke=\"{color}\" stroke-width=\"2\"/>"

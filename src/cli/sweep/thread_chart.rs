@@ -85,7 +85,7 @@ pub fn thread_chart(swept: &Sweep) -> Figure {
         caption: format!(
             "{clock}{model}The prediction puts the tasks of each stage, as long as they took on one thread, on so many imagined ones (list scheduling). It leaves out \
              waking threads up, handing out tasks, and all that they cost each other, so it says what the shape of the work allows and \
-             no more; on a machine that does other work besides, the measured line is lower still."
+             no more. On a machine that does other work besides, less is measured."
         ),
         svg: plot.finish(),
     }

@@ -22,6 +22,6 @@ pub use report::{FrameReport, Report, SceneReport, SettingsReport, TimesUs, Tota
 pub use run::{MeasureSettings, run};
 pub use schedule::{Prediction, SIMULATED_THREADS, Simulated, Simulation, makespan};
 pub use sweep::{
-    DEPTHS, DepthChoice, MeasuredThreads, ORACLE, PathFrame, PointFrame, Scaling, Sweep,
-    SweepPoint, SweepSettings, SweptWith, sweep,
+    DEPTHS, DepthChoice, LEAST_HIDDEN, MeasuredThreads, ORACLE, PathFrame, PointFrame, Scaling,
+    Sweep, SweepPoint, SweepSettings, SweptWith, sweep,
 };

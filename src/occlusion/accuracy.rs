@@ -129,7 +129,11 @@ impl Approximation {
 
     fn factor(&self) -> f64 {
         // NaN comes out as 1.
-        self.distribution.max(1.0).min(4.0)
+        if self.distribution > 1.0 {
+            self.distribution.min(4.0)
+        } else {
+            1.0
+        }
     }
 
     /// What a count of pixels is worth at a level: `D` times as much from level to level.

@@ -2,7 +2,7 @@
 //!
 //! Every setting has its mark. Those of the Pareto front, which no other beats at both, are joined by a line, and named.
 
-use antumbra::measure::{Sweep, SweepPoint};
+use antumbra::measure::{LEAST_HIDDEN, Sweep, SweepPoint};
 
 use super::plot::{Axis, COLORS, Look, MARKS, Mark, Plot, number};
 use super::{Figure, name_of};
@@ -113,6 +113,18 @@ pub fn trade_chart(swept: &Sweep, error: Error) -> Figure {
         };
         plot.key(look, &(scale + &depth));
     }
+    let weak = swept.variants().filter(|p| !p.hides_enough).map(place);
+    let weak: Vec<_> = weak.collect();
+    if error == Error::WrongPixels && !weak.is_empty() {
+        let hollow = Look {
+            color: "#000",
+            mark: Mark::Ring,
+            dashes: "",
+            width: 0.0,
+        };
+        plot.line(&weak, hollow);
+        plot.key(hollow, "hides too little");
+    }
     if !others.is_empty() {
         plot.key(faint, "other selections, budgets");
     }
@@ -186,11 +198,13 @@ fn caption(swept: &Sweep, error: Error, front: &[&SweepPoint]) -> String {
         Error::WrongPixels => format!(
             "A pixel is wrong if it shows another object than the exact picture does (DYN \u{a7}4.3). The number at a mark is the \
              size of holes that are ignored, in pixels; marks without one are exact and lie on the line of 0, below the break of \
-             the axis: no pixel of {} is wrong. All settings here choose occluders by {} with budget {}; \
-             they do not hide as much as each other, which the next chart shows.",
+             the axis: no pixel of {} is wrong. \
+             All settings here choose occluders by {} with budget {}. Those that hide less than {:.0} % of what the best of them hides are \
+             rings, and left out of the front: that little is hidden soon, and without errors.",
             count_of(swept.frames as u64, "frame"),
             settings.occluders,
-            settings.budget
+            settings.budget,
+            100.0 * LEAST_HIDDEN
         ),
         Error::MissedCulls => "A cull is missed if an object in the frustum owns no pixel of the exact picture and is drawn all \
              the same: it costs time downstream, and no pixel is wrong. With holes ignored more is culled, some of it wrongly, \

@@ -27,6 +27,9 @@ pub use scaling::{MeasuredThreads, Scaling};
 /// What the clusters that own the most pixels go by in place of a selection's name.
 pub const ORACLE: &str = "oracle";
 
+/// What settings have to hide to be compared by their wrong pixels, as a share of the most that one of them does.
+pub const LEAST_HIDDEN: f64 = 0.8;
+
 /// A frame's time is the least of so many repeats.
 const REPEATS: usize = 3;
 
@@ -214,8 +217,9 @@ pub fn sweep(
 
 /// Says of each point whether it is on the fronts. The oracle is on none: its time leaves out how it knows.
 ///
-/// Wrong pixels are compared among the points of holes and scales alone. Exact culling has none however little it hides, so whatever selection
-/// hides least in the least time would be best at both and tell nothing.
+/// Wrong pixels are compared among the points of holes and scales alone, and of these only those that hide enough
+/// ([`SweepPoint::hides_enough`]). Exact culling has none however little it hides, so what hides least in the least time would be best
+/// at both and tell nothing.
 fn mark_fronts(points: &mut [SweepPoint]) {
     let front = |points: &[SweepPoint],
                  takes: fn(&SweepPoint) -> bool,
@@ -229,7 +233,12 @@ fn mark_fronts(points: &mut [SweepPoint]) {
             .map(|i| taken[i])
             .collect()
     };
-    for i in front(points, |p| !p.series.is_empty(), |p| p.wrong_pixels_a_frame) {
+    let of_variants = points.iter().filter(|p| !p.series.is_empty());
+    let most = of_variants.map(|p| p.culled_of_hidden).fold(0.0, f64::max);
+    for point in points.iter_mut().filter(|p| !p.series.is_empty()) {
+        point.hides_enough = point.culled_of_hidden >= LEAST_HIDDEN * most;
+    }
+    for i in front(points, |p| p.hides_enough, |p| p.wrong_pixels_a_frame) {
         points[i].on_front_of_wrong_pixels = true;
     }
     for i in front(points, |p| !p.is_oracle(), |p| p.missed_culls) {
@@ -271,6 +280,7 @@ mod tests {
             occluders: name.to_owned(),
             time_us,
             missed_culls,
+            culled_of_hidden: 1.0 - missed_culls,
             wrong_pixels_a_frame: wrong.unwrap_or(0.0),
             series: wrong.map_or(Vec::new(), |_| vec![PointFrame::default()]),
             ..SweepPoint::default()
@@ -286,11 +296,12 @@ mod tests {
             point("contribution", 20.0, 0.03, Some(5.0)),
             point("contribution", 25.0, 0.03, Some(6.0)),
             point("weight", 40.0, 0.02, None),
+            point("contribution", 5.0, 0.5, Some(0.0)),
         ];
         mark_fronts(&mut points);
         let wrong = points.each_ref().map(|p| p.on_front_of_wrong_pixels);
-        assert_eq!(wrong, [false, false, true, true, false, false]);
+        assert_eq!(wrong, [false, false, true, true, false, false, false]);
         let missed = points.each_ref().map(|p| p.on_front_of_missed_culls);
-        assert_eq!(missed, [true, false, true, true, false, false]);
+        assert_eq!(missed, [false, false, true, true, false, false, true]);
     }
 }

@@ -39,10 +39,13 @@ pub struct SweepPoint {
     pub wrong_pixels_a_frame: f64,
     /// Exactly hidden objects that were not culled, as a share of all that are hidden; 0 if nothing is.
     pub missed_culls: f64,
-    /// Whether no other hole and scale is both as quick and as right about pixels, with the selection and budget of the base settings.
+    /// Whether no other hole and scale is both as quick and as right about pixels, of those that hide enough.
     pub on_front_of_wrong_pixels: bool,
     /// Whether no other setting is as quick and misses as few.
     pub on_front_of_missed_culls: bool,
+    /// Whether it has the selection and the budget of the base settings, and hides at least
+    /// [`LEAST_HIDDEN`](super::LEAST_HIDDEN) of the most that a hole and scale does with them.
+    pub hides_enough: bool,
     /// Whether it differs from the base settings in the selection and the budget alone.
     pub is_base: bool,
     /// Frame by frame, if it has the selection and the budget of the base settings.

@@ -100,6 +100,18 @@ impl Axis {
         }
     }
 
+    /// The same axis, but not beyond a value that nothing can exceed.
+    pub fn up_to(self, most: f64) -> Axis {
+        let least = match self.shape {
+            Shape::LogWithZero { first } => first * 1.2,
+            Shape::Linear | Shape::Log => self.from,
+        };
+        Axis {
+            to: self.to.min(most).max(least),
+            ..self
+        }
+    }
+
     /// With powers of two along it.
     pub fn at_powers_of_two(self) -> Axis {
         Axis {
@@ -507,6 +519,7 @@ mod tests {
         for axis in [
             Axis::log_with_zero("pixels", [0.0, 0.0].into_iter()),
             Axis::between("frames", 0.0, 0.0),
+            Axis::log_with_zero("%", [100.0].into_iter()).up_to(100.0),
             Axis::log("us", [0.0].into_iter()),
         ] {
             assert!(axis.share(1.0).is_finite(), "{axis:?}");

@@ -54,13 +54,17 @@ pub fn trade_chart(swept: &Sweep, error: Error) -> Figure {
     let points = || swept.points.iter().filter(|p| error.takes(p));
     let front = error.front(swept);
     let place = |p: &SweepPoint| (p.time_us, error.of(p));
+    let errors = Axis::log_with_zero(error.axis(), points().map(|p| error.of(p)));
     let mut plot = Plot::new(
         &format!("Time a frame against {}", error.axis()),
         Axis::log(
             "time a frame, \u{b5}s, mean (logarithmic)",
             points().map(|p| p.time_us),
         ),
-        Axis::log_with_zero(error.axis(), points().map(|p| error.of(p))),
+        match error {
+            Error::WrongPixels => errors,
+            Error::MissedCulls => errors.up_to(100.0),
+        },
     );
     let faint = Look {
         color: "#777",

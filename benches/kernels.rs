@@ -85,6 +85,7 @@ fn assemble_all(level: Level, mesh: &ClusteredMesh, nothing: &TileBuffer, blocks
         cull: CullMode::Back,
         width: size().width() as i32,
         height: size().height() as i32,
+        inset: 0,
         drawn: layered(nothing),
     };
     let (mut vertices, mut to_clip) = (AssembleMemory::default(), Vec::new());

@@ -8,6 +8,7 @@ pub mod final_pass;
 pub mod measure;
 pub mod occluders;
 pub mod occlusion;
+pub mod pipeline;
 pub mod prepare;
 pub mod raster;
 pub mod sampling;

@@ -2,7 +2,7 @@
 
 mod cli;
 
-use cli::{Folder, stderr, stdout, succeed};
+use cli::{Folder, antumbra, stderr, stdout, succeed};
 use serde_json::Value;
 
 fn measure(folder: &Folder, more: &[&str]) -> std::process::Output {
@@ -123,6 +123,45 @@ fn every_option_of_the_contract_is_taken() {
     assert_eq!(frames.len(), 2);
     for frame in frames {
         assert!(frame["occluder_triangles"].as_u64().expect("a count") <= 24);
+    }
+}
+
+#[test]
+fn every_depth_representation_is_taken_and_reported() {
+    let folder = Folder::new("measure_depth").with_scene();
+    for depth in ["plane", "estimation", "no-background", "hierarchical"] {
+        let output = measure(&folder, &["--depth", depth, "--json", "-"]);
+        let report: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        assert_eq!(report["settings"]["depth"], depth);
+        assert_eq!(report["settings"]["nth"], 1);
+        assert_eq!(report["totals"]["false_culls"], 0);
+    }
+    let approximate = ["--accuracy", "approximate", "--json", "-"];
+    let nth = ["--depth", "hierarchical", "--nth", "4", "--map-scale", "1"];
+    let output = measure(&folder, &[&approximate[..], &nth].concat());
+    let report: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(report["settings"]["nth"], 4);
+}
+
+#[test]
+fn depth_options_that_do_not_go_together_are_usage_errors() {
+    let folder = Folder::new("measure_depth_errors").with_scene();
+    let (scene, path) = (folder.file("yard.obj"), folder.file("yard.path.json"));
+    for (options, named) in [
+        (&["--depth", "plane", "--map-scale", "2"][..], "--map-scale"),
+        (&["--depth", "hierarchical", "--nth", "2"], "approximate"),
+        (
+            &["--nth", "2", "--accuracy", "approximate"],
+            "--depth hierarchical",
+        ),
+        (&["--depth", "hierarchical", "--nth", "0"], "--nth"),
+        (&["--depth", "w-buffer"], "estimation"),
+    ] {
+        let arguments = ["measure", &scene, "--path", &path];
+        let output = antumbra(&[&arguments[..], options].concat());
+        assert_eq!(output.status.code(), Some(2), "{options:?}");
+        let said = stderr(&output);
+        assert!(said.contains(named), "{options:?}: {said}");
     }
 }
 

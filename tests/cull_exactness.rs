@@ -13,7 +13,7 @@ use antumbra::occluders::{Budget, Selection};
 use antumbra::prepare::{ClusterId, GridLayout, SampledCluster, VisibilityGrid};
 use antumbra::raster::{ObjectAssembler, for_each_sample};
 use antumbra::scene::{Alpha, Material, Mesh, Object, Scene, Surface};
-use antumbra::view::{Camera, PictureSize, Projection};
+use antumbra::view::{Camera, MapScale, PictureSize, Projection};
 use oracle::Chance;
 use worlds::{DOUBLE_SIDED, SHAPES, SINGLE_SIDED, Shape};
 
@@ -270,6 +270,7 @@ fn never_culls_what_owns_a_pixel() {
         let settings = Settings {
             occluders,
             budget,
+            map_scale: MapScale::ALL[round / 2 % 3],
             ..settings(size)
         };
         let mut culler = Culler::new(scene.clone(), settings).unwrap();

@@ -8,6 +8,7 @@ use antumbra::occlusion::{Footprint, Occluder, OcclusionBuffer, OrientedBox, Scr
 use antumbra::raster::{CullMode, Geometry, Positions};
 use antumbra::scene::Aabb;
 use antumbra::view::{Camera, PictureSize, Projection};
+use antumbra_simd::Level;
 use oracle::Chance;
 
 const NOT_FINITE: [f64; 3] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
@@ -313,6 +314,40 @@ fn a_ball_at_the_eye_plane_is_never_nowhere() {
             }
         }
     }
+}
+
+/// Finite numbers whose products with the view are not: asked one by one and several at once.
+#[test]
+fn a_box_whose_projection_overflows_is_visible() {
+    let mut unbounded = 0;
+    for projection in [perspective(0.1), orthographic(0.1)] {
+        let forward = DVec3::new(0.3, 0.2, -1.0);
+        let camera = Camera::look_at(DVec3::ZERO, forward, DVec3::Y, projection).unwrap();
+        let screen = Screen::new(camera, size());
+        for large in [1e306, f64::MAX] {
+            // From the eye, or from far away, to where no product fits an f64.
+            for near in [[-1.0, -21.5, -9.0], [0.3, large * 0.5, -large * 0.5]] {
+                for signs in 0..7 {
+                    let far = [0, 1, 2].map(|i| if signs >> i & 1 == 0 { large } else { near[i] });
+                    let (near, far) = (DVec3::from_array(near), DVec3::from_array(far));
+                    let bounds = Aabb {
+                        min: near.min(far),
+                        max: near.max(far),
+                    };
+                    let mut several = Vec::new();
+                    for &level in Level::available() {
+                        screen.footprints_of_aabbs(level, [bounds; 3].iter(), &mut several);
+                    }
+                    several.push(screen.footprint_of_aabb(&bounds));
+                    for footprint in several {
+                        assert_eq!(footprint, Footprint::Unbounded, "{bounds:?}");
+                        unbounded += 1;
+                    }
+                }
+            }
+        }
+    }
+    assert!(unbounded > 200);
 }
 
 /// What any occluder may be, and what it must leave as it was.

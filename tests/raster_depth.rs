@@ -305,3 +305,27 @@ fn enormous_depths_stay_between_their_vertices_and_keep_their_order() {
         assert_eq!(nearer_than_a_sample(&t), None, "{corners:?}");
     }
 }
+
+/// Depths that f32 holds in few steps, or none: as of near planes of 10⁻³⁰, or of worlds larger than any.
+#[test]
+fn depths_too_small_for_f32_stay_nowhere_nearer_than_their_samples() {
+    let mut chance = Chance::seeded(24);
+    let size = PictureSize::new(SIZE.0 as u32, SIZE.1 as u32).unwrap();
+    for round in 0..6_000 {
+        let scale = [1e-44, 1e-42, 1e-38, 1e-46][round % 4];
+        let triangles: Vec<Triangle> = (0..3)
+            .filter_map(|_| {
+                set_up(std::array::from_fn(|_| {
+                    let at = (chance.whole(-500, 6_000), chance.whole(-500, 6_000));
+                    vertex(at, scale * chance.real(0.0, 3.0))
+                }))
+            })
+            .collect();
+        for t in &triangles {
+            assert_eq!(nearer_than_a_sample(t), None, "{t:?}");
+        }
+        let mut tiles = TileBuffer::new(size);
+        tiles.fill(&triangles);
+        check_tiles(&tiles, &depth_of_each_pixel(&triangles, size));
+    }
+}

@@ -10,7 +10,7 @@ use antumbra::measure::{MeasureSettings, Totals, run};
 use antumbra::occluders::Budget;
 use antumbra::prepare::Prepared;
 use antumbra::scene::Scene;
-use antumbra::view::{CameraPath, PictureSize};
+use antumbra::view::{CameraPath, MapScale, PictureSize};
 
 fn folder() -> PathBuf {
     std::env::var_os("ANTUMBRA_SCENES").map_or_else(
@@ -86,6 +86,35 @@ fn culls_buildings_a_city_and_an_assembly() {
 }
 
 /// What a frame needs is remembered: on a flight, few triangles hide as much as all of them.
+/// A quarter of the picture's size: coarse, and as exact.
+#[test]
+fn a_quarter_map_loses_nothing() {
+    for name in ["castle", "sponza", "clinic", "falcon", "cistern", "delft"] {
+        let Some((scene, path)) = load(name) else {
+            return;
+        };
+        for (every, budget) in [(9, Budget::Auto), (24, Budget::All)] {
+            let cull = Settings {
+                budget,
+                map_scale: MapScale::Quarter,
+                ..Settings::new(size())
+            };
+            let settings = MeasureSettings {
+                cull,
+                cold: true,
+                every,
+                simulate_threads: false,
+            };
+            let prepared = Prepared::new(scene.clone());
+            let totals = run(&prepared, &path, &settings, |_, _| {})
+                .expect("threads")
+                .totals;
+            assert_eq!((totals.false_culls, totals.wrong_pixels), (0, 0), "{name}");
+            assert!(totals.culled_of_hidden > 0.0, "{name}");
+        }
+    }
+}
+
 #[test]
 fn a_flight_needs_few_occluders() {
     for (name, triangles) in [("castle", 2_000.0), ("clinic", 4_000.0)] {

@@ -12,6 +12,8 @@
 //! the extent and two tiles more: no number in either formula is larger. The one in f32 is off by seven roundings of
 //! such numbers, `2⁻²⁴·M` each. The one in f64 is off by `2⁻²²·M` at most ([`DepthPlane::SLOPE_ERROR`]), at the sample, at the
 //! corner where the plane is taken, and where a quadrilateral's fourth corner was compared. `2⁻¹⁹·M` is taken off for all.
+//! Where f32 is subnormal its roundings are off by `2⁻¹⁵⁰` each, however small the number; that of a slope counts as often as
+//! there are rows or tiles, `2¹⁴` at the most. So `2⁻¹³⁴` more is taken off.
 
 use crate::order::greater;
 use crate::triangle::DepthPlane;
@@ -19,6 +21,9 @@ use crate::{SUBPIXELS, TILE_SIZE};
 
 /// What is taken off, as a part of the largest number that occurs.
 pub(crate) const ROUNDING: f64 = 1.0 / (1_u64 << 19) as f64;
+
+/// What is taken off besides, for depths that are subnormal in f32.
+pub(crate) const SUBNORMAL_ROUNDING: f64 = f64::from_bits((1023 - 134) << 52);
 
 /// Where numbers are larger than this, the whole polygon is given its farthest depth.
 pub(crate) const LARGEST: f64 = 1e30;
@@ -71,7 +76,10 @@ impl PartDepth {
         let is_sloped = largest <= LARGEST;
         let if_sloped = |sloped: f64, flat: f64| (if is_sloped { sloped } else { flat }) as f32;
         PartDepth {
-            at: if_sloped(at - largest * ROUNDING, plane.farthest) + 0.0,
+            at: if_sloped(
+                at - (largest * ROUNDING + SUBNORMAL_ROUNDING),
+                plane.farthest,
+            ) + 0.0,
             per_row: if_sloped(plane.slope_y, 0.0),
             per_tile: if_sloped(plane.slope_x * f64::from(TILE_SIZE), 0.0),
             // There is one zero only, for least and largest to be the same on all machines.

@@ -7,7 +7,7 @@ use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
 use crate::order::{largest, least};
-use crate::part_depth::{LARGEST, ROUNDING};
+use crate::part_depth::{LARGEST, ROUNDING, SUBNORMAL_ROUNDING};
 use crate::quad::BEND;
 use crate::spans::{BLOCK, SpanBlock};
 use crate::triangle::SLIVER;
@@ -95,7 +95,7 @@ pub(crate) fn find_planes<S: Simd>(
     let at = (depth + slope_y * load(&outlines.first_row)) + slope_x * column;
     let at = at - (steep_x + steep_y) * (f64::from(inset) * per_subpixel);
     let is_sloped = most.simd_le(S::f64s::splat(simd, LARGEST));
-    let at = is_sloped.select(at - most * ROUNDING, farthest);
+    let at = is_sloped.select(at - (most * ROUNDING + SUBNORMAL_ROUNDING), farthest);
     let per_row = is_sloped.select(slope_y, zero);
     let per_tile = is_sloped.select(slope_x * tile, zero);
     store_narrow::<S>(at, &mut block.at[range.clone()]);

@@ -329,6 +329,7 @@ fn assemble_gives_the_same_polygons_on_every_level() {
             cull: [CullMode::None, CullMode::Back, CullMode::Front][round % 3],
             width: picture.width,
             height: picture.height,
+            inset: [0, 0, 66, 98][chance.whole(0, 3) as usize],
             drawn: picture.layered(),
         };
         let cluster = Cluster {
@@ -404,6 +405,7 @@ fn assembling_behind_what_is_drawn_leaves_out_only_what_changes_nothing() {
                 cull: CullMode::None,
                 width: 64,
                 height: 64,
+                inset: 0,
                 drawn: drawn.layered(),
             };
             let mut memory = AssembleMemory::default();

@@ -53,7 +53,7 @@ fn covers_the_samples_of_its_triangles_and_is_nowhere_nearer() {
             .into_iter()
             .filter_map(|t| Triangle::new(t, cull)?.within(SIZE, SIZE))
             .collect();
-        let polygon = match Quad::new(corners, cull, SIZE, SIZE) {
+        let polygon = match Quad::new(corners, cull, SIZE, SIZE, 0) {
             Quad::Apart => {
                 apart += 1;
                 continue;
@@ -108,7 +108,7 @@ fn a_flat_one_loses_next_to_nothing() {
         depth: 0.25 + f64::from(x) / 512.0 + f64::from(y) / 4096.0,
     };
     let corners = [vertex(3, 5), vertex(61, 9), vertex(70, 50), vertex(1, 64)];
-    let Quad::Whole(polygon) = Quad::new(corners, CullMode::None, SIZE, SIZE) else {
+    let Quad::Whole(polygon) = Quad::new(corners, CullMode::None, SIZE, SIZE, 0) else {
         panic!("it is flat and convex");
     };
     let [a, b, c, _] = corners;

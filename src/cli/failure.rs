@@ -13,6 +13,9 @@ pub enum Failure {
     /// What was asked for cannot be done; the message says what and why.
     #[error("{0}")]
     Failed(String),
+    /// Options that do not go together; the message says why, and what does.
+    #[error("{0}")]
+    Usage(String),
     /// The instruction set is not to be had.
     #[error("{0}")]
     Level(#[from] LevelUnavailable),
@@ -28,6 +31,7 @@ impl Failure {
     pub fn exit_code(&self) -> ExitCode {
         ExitCode::from(match self {
             Failure::Failed(_) => 1,
+            Failure::Usage(_) => 2,
             Failure::Level(_) => 3,
         })
     }

@@ -6,6 +6,7 @@ use antumbra::measure::{MeasureSettings, Prediction, Report, run};
 use antumbra::occluders::Selection;
 use clap::Args;
 
+use super::depth_options::DepthOptions;
 use super::failure::Failure;
 use super::options::{CullOptions, FrameOptions, OccluderOptions, load_path, load_scene};
 use super::output::{self, count_of, percent, say};
@@ -44,9 +45,8 @@ pub struct Measure {
     #[command(flatten)]
     frames: FrameOptions,
 
-    /// How depth is represented
-    #[arg(long, value_name = "REPRESENTATION", default_value = "no-background", value_parser = ["no-background"])]
-    depth: String,
+    #[command(flatten)]
+    depth: DepthOptions,
 
     /// Start every frame without memory of the last
     #[arg(long)]
@@ -65,7 +65,7 @@ impl Measure {
     /// Measures, and reports.
     pub fn run(self) -> Result<(), Failure> {
         let settings = MeasureSettings {
-            cull: self.occluders.of(self.cull.settings()?),
+            cull: self.depth.of(self.occluders.of(self.cull.settings()?))?,
             cold: self.cold,
             every: self.frames.every.get(),
             simulate_threads: self.simulate_threads,

@@ -5,6 +5,7 @@
 
 mod demo;
 mod demo_report;
+mod depth_options;
 mod failure;
 mod generate;
 mod info;
@@ -12,6 +13,7 @@ mod measure;
 mod options;
 mod output;
 mod outside;
+mod pipeline;
 mod prepare;
 mod progress;
 mod render;
@@ -35,6 +37,7 @@ Examples:
   antumbra render castle.glb --overlay --out pictures
   antumbra measure castle.glb --path castle.path.json
   antumbra sweep castle.glb --path castle.walk.json --every 8
+  antumbra pipeline castle.glb --path castle.walk.json
   antumbra prepare castle.glb -o castle.antumbra
   antumbra generate city -o city.glb";
 
@@ -53,6 +56,7 @@ enum Command {
     Render(render::Render),
     Measure(measure::Measure),
     Sweep(sweep::Sweep),
+    Pipeline(pipeline::Pipeline),
     Prepare(prepare::Prepare),
     Generate(generate::Generate),
     Info(info::Info),
@@ -65,6 +69,7 @@ pub fn run() -> ExitCode {
         Command::Render(render) => render.run(),
         Command::Measure(measure) => measure.run(),
         Command::Sweep(sweep) => sweep.run(),
+        Command::Pipeline(pipeline) => pipeline.run(),
         Command::Prepare(prepare) => prepare.run(),
         Command::Generate(generate) => generate.run(),
         Command::Info(info) => info.run(),

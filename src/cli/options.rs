@@ -247,7 +247,7 @@ fn parse_budget(text: &str) -> Result<Budget, String> {
 }
 
 /// Reads a time in microseconds or milliseconds.
-fn parse_time(text: &str) -> Option<Duration> {
+pub fn parse_time(text: &str) -> Option<Duration> {
     let (number, unit_s) = match (text.strip_suffix("us"), text.strip_suffix("ms")) {
         (Some(number), _) => (number, 1e-6),
         (_, Some(number)) => (number, 1e-3),

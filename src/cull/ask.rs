@@ -64,6 +64,7 @@ impl Questions {
         let &Frame {
             scene, occluders, ..
         } = frame;
+        let asks = frame.asks_before_drawing();
         self.footprints.clear();
         let bounds = objects.iter().map(|&o| &scene.bounds()[o as usize]);
         buffer
@@ -78,6 +79,8 @@ impl Questions {
                     let has_proxy = scene.objects()[object as usize].occluder_proxy.is_some();
                     if has_proxy && footprint == Footprint::Unbounded {
                         Answer::CutOpen
+                    } else if !asks && footprint != Footprint::Nowhere {
+                        Answer::Visible(footprint)
                     } else if buffer.hides(footprint)
                         || occluders.triangles_of(object) >= WORTH_ASKING_CLOSELY
                             && buffer

@@ -15,7 +15,7 @@ use glam::DAffine3;
 use super::Frame;
 use crate::cull::Level;
 use crate::occluders::DrawnCluster;
-use crate::occlusion::{Accuracy, Footprint, SampleRect, Screen};
+use crate::occlusion::{Footprint, SampleRect, Screen};
 use crate::prepare::{Cluster, ClusterId, ClusteredMesh};
 use crate::scene::is_mirroring;
 use crate::view::{MapScale, Projection};
@@ -221,7 +221,7 @@ impl Covers {
         self.placed.clear();
         self.keys.clear();
         let pays = frame.settings.budget.is_for_what_pays();
-        let is_approximate = frame.settings.accuracy != Accuracy::Exact;
+        let is_approximate = !frame.settings.accuracy.is_exact();
         for (place, &(object, footprint)) in (0..).zip(objects) {
             let triangles = frame.occluders.triangles_of(object);
             let worth = worth(frame.settings.map_scale, footprint, triangles.max(1));
@@ -298,7 +298,7 @@ impl Covers {
         let (level, scale) = (frame.settings.level, frame.settings.map_scale);
         let clusters = mesh.clusters();
         let is_fine = frame.settings.budget.is_for_what_pays()
-            && (frame.settings.accuracy != Accuracy::Exact
+            && (!frame.settings.accuracy.is_exact()
                 || mesh.triangle_count() >= MANY_TRIANGLES as usize);
         self.entered.clear();
         if clusters.len() == 1 {

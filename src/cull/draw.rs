@@ -11,7 +11,7 @@ use super::traverse::{TraverseMemory, hide_subtrees};
 use super::waiting::{Waiting, nearness};
 use super::{Frame, Statistics};
 use crate::occluders::{Contributions, DrawnCluster, object_of, sort_nearest};
-use crate::occlusion::{Footprint, OcclusionBuffer, SampleRect};
+use crate::occlusion::{Footprint, OcclusionBuffer, SampleRect, Screen};
 use crate::prepare::{ClusterId, SampledCluster};
 use crate::tasks::Work;
 
@@ -104,14 +104,16 @@ pub fn draw_occluders(
             draw_until(EVERYTHING, frame, buffer, memory, drawn);
             return;
         }
-        frame.tasks.alone(Work::Look, || buffer.close_holes());
-        hide_subtrees(
-            frame,
-            buffer,
-            &mut memory.traverse,
-            drawn.hidden,
-            drawn.statistics,
-        );
+        if frame.asks_before_drawing() {
+            frame.tasks.alone(Work::Look, || buffer.close_holes());
+            hide_subtrees(
+                frame,
+                buffer,
+                &mut memory.traverse,
+                drawn.hidden,
+                drawn.statistics,
+            );
+        }
         candidates.retain(|&key| !drawn.hidden.has(object_of(key)));
         before_look *= MORE_BEFORE_NEXT_LOOK;
         if per_batch > 1 {
@@ -162,23 +164,42 @@ fn draw_batch(
     draw_until(horizon, frame, buffer, memory, drawn)
 }
 
-/// Draws the clusters that are remembered. Returns whether more than one in four of them is out of the picture.
+/// Draws the clusters that are remembered.
 pub fn draw_remembered(
     frame: &Frame<'_>,
     buffer: &mut OcclusionBuffer,
     memory: &mut DrawMemory,
     drawn: &mut Drawn<'_>,
+) {
+    recall_remembered(frame, drawn.contributions, buffer.screen(), memory);
+    draw_recalled(frame, buffer, memory, drawn);
+}
+
+/// Lets the clusters wait that are remembered. Returns whether more than one in four of them is out of the picture.
+pub fn recall_remembered(
+    frame: &Frame<'_>,
+    contributions: &mut Contributions,
+    screen: &Screen,
+    memory: &mut DrawMemory,
 ) -> bool {
     memory.begin();
-    let is_cut = recall(
+    recall(
         frame,
-        drawn.contributions,
-        buffer.screen(),
+        contributions,
+        screen,
         &mut memory.recall,
         &mut memory.waiting,
-    );
+    )
+}
+
+/// Draws the clusters that wait.
+pub fn draw_recalled(
+    frame: &Frame<'_>,
+    buffer: &mut OcclusionBuffer,
+    memory: &mut DrawMemory,
+    drawn: &mut Drawn<'_>,
+) {
     draw_until(EVERYTHING, frame, buffer, memory, drawn);
-    is_cut
 }
 
 /// Draws the clusters that are seen from a viewpoint near the eye.

@@ -1,20 +1,25 @@
 //! The frame's two ways from a camera to the visible set: in order, and by contribution.
+//!
+//! Either has three stages: occluders are selected, drawn, and the rest is asked. What one leaves for the next stands in the frame's
+//! memory, its buffer and what it has found, so that another thread may go on with them.
 
 use std::time::{Duration, Instant};
 
 use super::draw::{
-    DrawMemory, Drawn, draw_occluders, draw_remembered, draw_sampled, draw_what_closes_gaps,
+    DrawMemory, Drawn, draw_occluders, draw_recalled, draw_remembered, draw_sampled,
+    draw_what_closes_gaps, recall_remembered,
 };
 use super::marks::Marks;
 use super::sampled::seen_nearby;
-use super::test::{Kept, LookMemory, TestMemory, look_closely, not_hidden};
+use super::test::{Kept, LookMemory, NOT_LOOKED_AT, TestMemory, look_closely, not_hidden};
 use super::traverse::{
     self, FrustumMemory, TraverseMemory, hide_subtrees, not_hidden_among, not_hidden_so_far,
 };
+use super::two_passes::TwoPassMemory;
 use super::{Frame, Remembered, StageTimes, Statistics, VisibleSet, grow, share_of};
 use crate::occluders::{
-    Budget, Contributions, DrawnCluster, Selection, distance_keys, keep_active, keep_promising,
-    solid_angle_keys, weight_keys, z_plane_keys,
+    Budget, Contributions, DrawnCluster, LastFrame, Selection, distance_keys, keep_active,
+    keep_promising, solid_angle_keys, weight_keys, z_plane_keys,
 };
 use crate::occlusion::{Footprint, OcclusionBuffer};
 use crate::tasks::Work;
@@ -36,6 +41,7 @@ const FEWEST_KEYS: usize = 128;
 /// What is kept from frame to frame, so that none allocates.
 #[derive(Debug, Default)]
 pub struct Memory {
+    selected: Selected,
     draw: DrawMemory,
     frustum: FrustumMemory,
     traverse: TraverseMemory,
@@ -50,7 +56,22 @@ pub struct Memory {
     kept: Vec<Kept>,
     look: LookMemory,
     test: TestMemory,
+    pub(super) two_passes: TwoPassMemory,
     hidden: Marks,
+}
+
+/// What a frame is to draw first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Selected {
+    /// Objects: the candidates.
+    #[default]
+    Candidates,
+    /// The clusters that are seen from a viewpoint nearby.
+    Sampled,
+    /// The clusters that the last frame needed.
+    Remembered,
+    /// The same, but they are largely out of the picture: it shows something else than the last.
+    RememberedInPart,
 }
 
 impl Frame<'_> {
@@ -63,16 +84,101 @@ impl Frame<'_> {
         memory: &mut Memory,
         found: &mut VisibleSet,
     ) {
+        self.select(camera, buffer, remembered, memory, found);
+        self.draw(buffer, remembered, memory, found);
+        self.ask(buffer, remembered, memory, found);
+    }
+
+    /// Begins a frame, and selects what it draws first.
+    pub(super) fn select(
+        &self,
+        camera: &Camera,
+        buffer: &mut OcclusionBuffer,
+        remembered: &mut Remembered,
+        memory: &mut Memory,
+        found: &mut VisibleSet,
+    ) {
         let mut clock = Clock::start();
-        let settings = self.settings;
         self.begin(camera, buffer, memory, found);
-        // Where everything is drawn there is nothing to choose.
-        if settings.occluders == Selection::Contribution && settings.budget != Budget::All {
-            self.by_contribution(camera, buffer, remembered, memory, found, &mut clock);
+        memory.selected = if self.is_by_contribution() {
+            self.select_by_contribution(camera, buffer, remembered, memory)
         } else {
-            self.in_order(camera, buffer, remembered, memory, found, &mut clock);
+            self.select_in_order(camera, &remembered.last, memory)
+        };
+        clock.lap(|times| &mut times.select);
+        found.times = clock.times;
+    }
+
+    /// Draws what is selected.
+    pub(super) fn draw(
+        &self,
+        buffer: &mut OcclusionBuffer,
+        remembered: &mut Remembered,
+        memory: &mut Memory,
+        found: &mut VisibleSet,
+    ) {
+        let mut clock = Clock::go_on(found);
+        let mut drawn = Drawn {
+            hidden: &mut memory.hidden,
+            occluders: &mut found.occluders,
+            contributions: &mut remembered.contributions,
+            statistics: &mut found.statistics,
+        };
+        match memory.selected {
+            Selected::Candidates => {
+                let candidates = &mut memory.candidates[0];
+                draw_occluders(self, candidates, buffer, &mut memory.draw, &mut drawn);
+            }
+            Selected::Sampled => {
+                let seen = seen_nearby(self, buffer.screen().camera()).unwrap_or_default();
+                draw_sampled(self, seen, buffer, &mut memory.draw, &mut drawn);
+                if !self.is_by_contribution() && self.asks_before_drawing() {
+                    let Drawn {
+                        hidden, statistics, ..
+                    } = &mut drawn;
+                    hide_subtrees(self, buffer, &mut memory.traverse, hidden, statistics);
+                }
+            }
+            Selected::Remembered | Selected::RememberedInPart => {
+                draw_recalled(self, buffer, &mut memory.draw, &mut drawn);
+                drawn.statistics.clusters_remembered = drawn.occluders.len() as u64;
+            }
+        }
+        clock.lap(|times| &mut times.raster);
+        found.times = clock.times;
+    }
+
+    /// Finds what may be seen past what is drawn; by contribution, draws what closes gaps.
+    pub(super) fn ask(
+        &self,
+        buffer: &mut OcclusionBuffer,
+        remembered: &mut Remembered,
+        memory: &mut Memory,
+        found: &mut VisibleSet,
+    ) {
+        let mut clock = Clock::go_on(found);
+        if self.is_by_contribution() {
+            self.by_contribution(buffer, remembered, memory, found, &mut clock);
+        } else {
+            self.ask_all(buffer, memory, found, &mut clock);
+            if self.remembers_visible() {
+                let last = &mut remembered.last;
+                last.remember(&memory.in_frustum, &found.visible);
+            }
         }
         clock.end(found);
+    }
+
+    /// Where everything is drawn there is nothing to choose.
+    fn is_by_contribution(&self) -> bool {
+        self.settings.occluders == Selection::Contribution
+            && self.settings.budget != Budget::All
+            && self.asks_before_drawing()
+    }
+
+    fn remembers_visible(&self) -> bool {
+        let selection = self.settings.occluders;
+        matches!(selection, Selection::PreviousVisible | Selection::Coherent)
     }
 
     /// Draws given clusters, and asks the objects in the frustum.
@@ -118,61 +224,26 @@ impl Frame<'_> {
         buffer.clear_by(self.tasks, camera);
     }
 
-    /// Draws occluders nearest first, and asks the objects in the frustum.
-    fn in_order(
-        &self,
-        camera: &Camera,
-        buffer: &mut OcclusionBuffer,
-        remembered: &mut Remembered,
-        memory: &mut Memory,
-        found: &mut VisibleSet,
-        clock: &mut Clock,
-    ) {
+    /// Selects what is in the frustum, in the order of the selection.
+    fn select_in_order(&self, camera: &Camera, last: &LastFrame, memory: &mut Memory) -> Selected {
         let frustum = Frustum::new(camera, self.settings.size);
         let in_frustum = &mut memory.in_frustum;
         traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum);
         let selection = self.settings.occluders;
-        let last = &mut remembered.last;
-        let remembers = matches!(selection, Selection::PreviousVisible | Selection::Coherent);
-        let seen = if selection == Selection::Sampled {
-            seen_nearby(self, camera)
-        } else {
-            None
-        };
-        let candidates = if seen.is_some() {
-            // What is seen from nearby is known already.
-            self.candidates(camera, &[], &mut memory.candidates)
-        } else if remembers {
+        if selection == Selection::Sampled && seen_nearby(self, camera).is_some() {
+            return Selected::Sampled;
+        }
+        if self.remembers_visible() {
             let of_last = &mut memory.of_last;
             of_last.clear();
             let objects = in_frustum.iter().copied();
             let back = self.settings.frames_back;
             of_last.extend(objects.filter(|&object| last.is_candidate(selection, back, object)));
-            self.candidates(camera, of_last, &mut memory.candidates)
+            self.candidates(camera, of_last, &mut memory.candidates);
         } else {
-            self.candidates(camera, in_frustum, &mut memory.candidates)
-        };
-        clock.lap(|times| &mut times.select);
-        let mut drawn = Drawn {
-            hidden: &mut memory.hidden,
-            occluders: &mut found.occluders,
-            contributions: &mut remembered.contributions,
-            statistics: &mut found.statistics,
-        };
-        if let Some(seen) = seen {
-            draw_sampled(self, seen, buffer, &mut memory.draw, &mut drawn);
-            let Drawn {
-                hidden, statistics, ..
-            } = &mut drawn;
-            hide_subtrees(self, buffer, &mut memory.traverse, hidden, statistics);
-        } else {
-            draw_occluders(self, candidates, buffer, &mut memory.draw, &mut drawn);
+            self.candidates(camera, in_frustum, &mut memory.candidates);
         }
-        clock.lap(|times| &mut times.raster);
-        self.ask_all(buffer, memory, found, clock);
-        if remembers {
-            last.remember(&memory.in_frustum, &found.visible);
-        }
+        Selected::Candidates
     }
 
     /// Asks the objects in the frustum that drawing did not find hidden.
@@ -185,6 +256,14 @@ impl Frame<'_> {
     ) {
         self.tasks.alone(Work::Finish, || buffer.finish());
         found.statistics.ignored_pixels = buffer.ignored_pixels();
+        if !self.asks_before_drawing() {
+            let (in_frustum, two_passes) = (&memory.in_frustum, &mut memory.two_passes);
+            self.finish_depth(buffer, &found.occluders, two_passes);
+            clock.lap(|times| &mut times.pyramid);
+            self.ask_behind(buffer, in_frustum, &mut memory.hidden, two_passes, found);
+            self.put_back_salient(buffer, &mut found.visible);
+            return;
+        }
         clock.lap(|times| &mut times.pyramid);
         let undecided = |&&object: &&u32| {
             !memory.hidden.has(object) || self.scene.objects()[object as usize].never_cull
@@ -198,12 +277,46 @@ impl Frame<'_> {
             &mut found.visible,
         );
         found.statistics.objects_tested = memory.test.tested() as u64;
+        self.put_back_salient(buffer, &mut found.visible);
     }
 
-    /// Draws the clusters that the last frame needed, and then what keeps objects from being seen that were not before.
-    fn by_contribution(
+    /// Selects the clusters that the last frame needed; if it needed none, what is seen from nearby or promising.
+    fn select_by_contribution(
         &self,
         camera: &Camera,
+        buffer: &OcclusionBuffer,
+        remembered: &mut Remembered,
+        memory: &mut Memory,
+    ) -> Selected {
+        remembered.seen.begin_frame(self.scene);
+        let contributions = &mut remembered.contributions;
+        if !contributions.is_empty() {
+            let is_new = recall_remembered(self, contributions, buffer.screen(), &mut memory.draw);
+            if !is_new {
+                return Selected::Remembered;
+            }
+            remembered.seen.distrust();
+            let frustum = Frustum::new(camera, self.settings.size);
+            let in_frustum = &mut memory.in_frustum;
+            traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum);
+            return Selected::RememberedInPart;
+        }
+        if seen_nearby(self, camera).is_some() {
+            return Selected::Sampled;
+        }
+        let frustum = Frustum::new(camera, self.settings.size);
+        let in_frustum = &mut memory.in_frustum;
+        traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum);
+        let candidates = self.candidates(camera, in_frustum, &mut memory.candidates);
+        let triangles_of = |object| self.occluders.triangles_of(object);
+        let eye = camera.eye();
+        keep_promising(self.scene, eye, candidates, FIRST_OCCLUDERS, triangles_of);
+        Selected::Candidates
+    }
+
+    /// After the clusters that the last frame needed, draws what keeps objects from being seen that were not before.
+    fn by_contribution(
+        &self,
         buffer: &mut OcclusionBuffer,
         remembered: &mut Remembered,
         memory: &mut Memory,
@@ -221,54 +334,25 @@ impl Frame<'_> {
             statistics,
             ..
         } = found;
-        seen.begin_frame(self.scene);
-        let is_first = contributions.is_empty();
-        let mut is_new = is_first;
-        let sampled = is_first.then(|| seen_nearby(self, camera)).flatten();
+        let camera = &buffer.screen().camera().to_owned();
+        let selected = memory.selected;
         let mut drawn = Drawn {
             hidden: &mut memory.hidden,
             occluders,
             contributions,
             statistics,
         };
-        if is_first {
-            if let Some(seen) = sampled {
-                clock.lap(|times| &mut times.select);
-                draw_sampled(self, seen, buffer, &mut memory.draw, &mut drawn);
-            } else {
-                let frustum = Frustum::new(camera, self.settings.size);
-                let in_frustum = &mut memory.in_frustum;
-                traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum);
-                let candidates = self.candidates(camera, in_frustum, &mut memory.candidates);
-                let triangles_of = |object| self.occluders.triangles_of(object);
-                let eye = camera.eye();
-                keep_promising(self.scene, eye, candidates, FIRST_OCCLUDERS, triangles_of);
-                clock.lap(|times| &mut times.select);
-                draw_occluders(self, candidates, buffer, &mut memory.draw, &mut drawn);
-            }
-        } else {
-            is_new = draw_remembered(self, buffer, &mut memory.draw, &mut drawn);
-            drawn.statistics.clusters_remembered = drawn.occluders.len() as u64;
-            if is_new {
-                seen.distrust();
-                let frustum = Frustum::new(camera, self.settings.size);
-                let in_frustum = &mut memory.in_frustum;
-                traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum);
-            }
-        }
-        clock.lap(|times| &mut times.raster);
-
         self.tasks.alone(Work::Look, || buffer.find_blocks());
         let (undecided, kept) = (&mut memory.undecided, &mut memory.kept);
         let traverse = &mut memory.traverse;
         not_hidden_so_far(self, seen, buffer, traverse, undecided, drawn.statistics);
         let questions = seen.count_in_question(undecided) as usize;
+        let is_new = matches!(selected, Selected::Candidates | Selected::RememberedInPart);
         let is_open = is_new
-            && sampled.is_none()
             && self.settings.budget.is_for_what_pays()
             && self.has_pass_left(0)
             && questions * MOST_UNDECIDED > memory.in_frustum.len();
-        let remembered = drawn.occluders.len();
+        let remembered = drawn.statistics.clusters_remembered as usize;
         if is_open {
             // So many gaps are not worth closing one by one.
             clock.lap(|times| &mut times.test);
@@ -281,13 +365,12 @@ impl Frame<'_> {
             objects.retain(|&object| !drawn.hidden.has(object));
             not_hidden_among(self, seen, objects, buffer, traverse, undecided);
         }
-        if is_first || is_open {
-            let first = if is_first { 0 } else { remembered };
+        if is_open || !matches!(selected, Selected::Remembered | Selected::RememberedInPart) {
             for &DrawnCluster {
                 id,
                 triangles,
                 gain,
-            } in &drawn.occluders[first..]
+            } in &drawn.occluders[remembered..]
             {
                 if gain > 0 {
                     drawn.contributions.needed(id, triangles, gain);
@@ -300,8 +383,9 @@ impl Frame<'_> {
         clock.lap(|times| &mut times.test);
 
         let questions = kept.iter().filter_map(|kept| match kept.footprint {
-            Footprint::Within(rect) if !is_open && !seen.is_trusted(kept.object) => {
-                Some((kept.object, rect))
+            Footprint::Within(rect) => {
+                let is_in_question = kept.seen != NOT_LOOKED_AT && !seen.is_trusted(kept.object);
+                (is_in_question && !is_open).then_some((kept.object, rect))
             }
             _ => None,
         });
@@ -338,6 +422,7 @@ impl Frame<'_> {
         }
         contributions.end_frame();
         self.put_back_never_culled(camera, visible);
+        self.put_back_salient(buffer, visible);
     }
 
     /// Puts objects back that are never culled.
@@ -354,6 +439,27 @@ impl Frame<'_> {
         visible.extend(never_culled.iter().filter(is_in_it));
         visible.sort_unstable();
         visible.dedup();
+    }
+
+    /// Puts objects back that stand out and show through holes that are ignored.
+    fn put_back_salient(&self, buffer: &OcclusionBuffer, visible: &mut Vec<u32>) {
+        if self.salient.is_empty() || buffer.ignored_pixels() == 0 {
+            return;
+        }
+        let frustum = Frustum::new(buffer.screen().camera(), self.settings.size);
+        let culled = visible.len();
+        for &(object, salience) in self.salient {
+            let bounds = &self.scene.bounds()[object as usize];
+            let shows = match buffer.screen().footprint_of_aabb(bounds) {
+                Footprint::Within(rect) => buffer.ignores_more_than(1.0 - salience, &rect),
+                _ => false,
+            };
+            let is_in_frustum = frustum.contains(bounds, Planes::ALL) != Containment::Outside;
+            if shows && is_in_frustum && visible[..culled].binary_search(&object).is_err() {
+                visible.push(object);
+            }
+        }
+        visible.sort_unstable();
     }
 
     /// The keys of the occluders among objects.
@@ -414,6 +520,14 @@ impl Clock {
         Clock {
             since: Instant::now(),
             times: StageTimes::default(),
+        }
+    }
+
+    /// Goes on with a frame that other stages have begun.
+    fn go_on(found: &VisibleSet) -> Clock {
+        Clock {
+            since: Instant::now(),
+            times: found.times,
         }
     }
 

@@ -5,12 +5,15 @@
 //! answers for all below it (`draw`, `traverse`). By contribution, the clusters that the last frame needed are drawn (`recall`),
 //! the hierarchy is asked (`traverse`, `seen`), and where an object shows that ought to be hidden, what covers it is drawn
 //! (`gaps`, `covers`). Where nothing is remembered, the clusters that are seen from a viewpoint nearby stand in for those that were
-//! needed, if somebody found them beforehand (`sampled`). On request, `clusters` tells which clusters of the survivors may be seen.
+//! needed, if somebody found them beforehand (`sampled`). With another depth representation than the default one, drawing and asking
+//! are two passes, the first of which asks nothing (`two_passes`). On request, `clusters` tells which clusters of the survivors may be
+//! seen. `staged` does a frame stage by stage, for a pipeline of frames.
 //!
 //! In exact mode the picture of the survivors is the picture of the scene. Every answer "hidden" rests on an occluder
 //! surface strictly nearer at each sample the object could own; the nearest surface at a sample is never culled by
 //! it, since nothing is strictly nearer there.
 
+mod appearances;
 mod ask;
 mod clusters;
 mod covers;
@@ -23,9 +26,11 @@ mod recall;
 mod rounds;
 mod sampled;
 mod seen;
+mod staged;
 mod statistics;
 mod test;
 mod traverse;
+mod two_passes;
 mod waiting;
 
 use std::sync::Arc;
@@ -36,7 +41,7 @@ use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 use crate::occluders::{
     Budget, Contributions, DrawnCluster, FramesBack, LastFrame, Selection, Weighing,
 };
-use crate::occlusion::{Accuracy, OcclusionBuffer};
+use crate::occlusion::{Accuracy, DepthMap, DepthRepresentation, OcclusionBuffer};
 use crate::prepare::{
     ClusterId, ClusteredMesh, ClusteredScene, Prepared, StaticCriteria, VisibilityGrid,
     VisibilityGridError,
@@ -49,9 +54,11 @@ use clusters::ClusterWalk;
 use frame::Memory;
 use occluders::Occluders;
 use seen::Seen;
+pub(crate) use staged::StagedFrame;
 use traverse::{FrustumMemory, Subtrees};
 
 pub use antumbra_simd::{Level, LevelUnavailable};
+pub use appearances::Appearances;
 pub use statistics::{StageTimes, Statistics};
 
 /// How to cull.
@@ -63,6 +70,10 @@ pub struct Settings {
     pub accuracy: Accuracy,
     /// How much coarser than the picture the occlusion map is.
     pub map_scale: MapScale,
+    /// What is kept of the occluders' depth. With another representation than the default one a frame is HOM's two passes
+    /// (§3.2): it draws its occluders, nearest first if they are to be chosen by contribution, and then asks every object's
+    /// rectangle and nearest depth, and nothing more closely. With a map that is coarser than the picture it is the default one.
+    pub depth: DepthRepresentation,
     /// How occluders are chosen.
     pub occluders: Selection,
     /// How many triangles may be drawn as occluders.
@@ -89,6 +100,7 @@ impl Settings {
             size,
             accuracy: Accuracy::Exact,
             map_scale: MapScale::Full,
+            depth: DepthRepresentation::default(),
             occluders: Selection::default(),
             budget: Budget::default(),
             static_criteria: StaticCriteria::NONE,
@@ -131,6 +143,8 @@ struct State {
     occluders: Arc<Occluders>,
     subtrees: Arc<Subtrees>,
     visibility_grid: Option<Arc<VisibilityGrid>>,
+    /// Objects that stand out, in scene order, and how much.
+    salient: Vec<(u32, f32)>,
     buffer: Option<OcclusionBuffer>,
     remembered: Remembered,
     memory: Memory,
@@ -152,6 +166,8 @@ struct Frame<'a> {
     subtrees: &'a Subtrees,
     /// Of this scene, if there is one.
     visibility_grid: Option<&'a VisibilityGrid>,
+    /// Objects that stand out.
+    salient: &'a [(u32, f32)],
     settings: &'a Settings,
     tasks: Tasks<'a>,
     /// When no more occluders are to be drawn, if that depends on the time.
@@ -282,6 +298,7 @@ impl Culler {
                 settings,
                 occluders,
                 visibility_grid: None,
+                salient: Vec::new(),
                 buffer: None,
                 remembered: Remembered::default(),
                 memory: Memory::default(),
@@ -299,6 +316,39 @@ impl Culler {
         &self.state.settings
     }
 
+    /// Says how much an object stands out against what may hide it, from 0 to 1: a lamp behind leaves (HOM §5.3.2). Where holes are
+    /// ignored, such an object is culled only if it shows in no more than a share of `1 − salience` of what may be ignored in a tile;
+    /// with 1, none of it. 0 at first.
+    ///
+    /// # Panics
+    /// If there is no such object.
+    pub fn set_salience(&mut self, object: u32, salience: f32) {
+        assert!((object as usize) < self.state.scene.objects().len());
+        let salient = &mut self.state.salient;
+        let place = salient.binary_search_by_key(&object, |&(object, _)| object);
+        match place {
+            Ok(place) if salience > 0.0 => salient[place].1 = salience,
+            Ok(place) => {
+                salient.remove(place);
+            }
+            Err(place) if salience > 0.0 => salient.insert(place, (object, salience)),
+            Err(_) => {}
+        }
+    }
+
+    /// About what share of each visible object may be seen, more than 0 and up to 1, in their order
+    /// ([`Visibility::Visible`](crate::occlusion::Visibility)): where a coarser model would do. Nothing if there was no frame yet.
+    pub fn visibility_levels(&self, visible: &VisibleSet, levels: &mut Vec<f32>) {
+        levels.clear();
+        if let Some(buffer) = &self.state.buffer {
+            let bounds = self.state.scene.bounds();
+            let visible = visible.visible.iter();
+            // What is visible by a closer question may be hidden by its world box alone: only drawn since.
+            let level = |&object: &u32| buffer.test_aabb(&bounds[object as usize]).level();
+            levels.extend(visible.map(level).map(|level| level.max(0.5 / 8.0)));
+        }
+    }
+
     /// How many threads are used.
     pub fn threads(&self) -> usize {
         self.pool
@@ -309,6 +359,11 @@ impl Culler {
     /// What the last frame drew; none before the first.
     pub fn buffer(&self) -> Option<&OcclusionBuffer> {
         self.state.buffer.as_ref()
+    }
+
+    /// The depth of what the last frame drew, if it is not in the tiles of [`Culler::buffer`]: see [`Settings::depth`].
+    pub fn depth_map(&self) -> Option<&DepthMap> {
+        self.state.memory.two_passes.depth_map()
     }
 
     /// What the next frame knows of those before it.
@@ -437,6 +492,7 @@ impl State {
             occluders: &self.occluders,
             subtrees: &self.subtrees,
             visibility_grid: self.visibility_grid.as_deref(),
+            salient: &self.salient,
             settings: &self.settings,
             tasks,
             ends: None,
@@ -450,6 +506,7 @@ impl State {
             occluders,
             subtrees,
             visibility_grid,
+            salient,
             buffer,
             remembered,
             memory,
@@ -459,6 +516,7 @@ impl State {
             occluders,
             subtrees,
             visibility_grid: visibility_grid.as_deref(),
+            salient,
             settings,
             tasks,
             // A time beyond all times is none.
@@ -488,6 +546,7 @@ impl State {
             occluders: &self.occluders,
             subtrees: &self.subtrees,
             visibility_grid: None,
+            salient: &self.salient,
             settings: &settings,
             tasks,
             ends: None,

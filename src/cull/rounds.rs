@@ -158,8 +158,9 @@ impl Assembly {
     ) {
         self.list.clear();
         self.hidden = 0;
+        let asks = frame.asks_before_drawing();
         for (i, cluster) in clusters.iter().enumerate() {
-            if !waiting.was_just_asked(cluster) && buffer.hides(cluster.footprint) {
+            if asks && !waiting.was_just_asked(cluster) && buffer.hides(cluster.footprint) {
                 self.hidden |= 1 << i;
             } else {
                 let placed = waiting.object_of(cluster);

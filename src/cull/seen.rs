@@ -4,13 +4,10 @@
 //! never loses anything. And a node of the hierarchy that held such objects will hardly be hidden either, so its children are
 //! asked at once. (HOM §7.4: temporal coherence.)
 
-use super::test::Kept;
+use super::test::{Kept, MANY};
 use super::traverse::Subtrees;
 use crate::occlusion::Footprint;
 use crate::scene::Scene;
-
-/// An object shows at many samples, of the eight where it is looked at, if it shows at so many.
-const MANY: u32 = 4;
 
 /// The longest that an object which shows at many samples is taken for visible, in frames. One that shows at fewer is asked again
 /// after a third of that.

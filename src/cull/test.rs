@@ -78,6 +78,10 @@ impl Test {
 
 /// An object is looked at in so many samples.
 const LOOKS: u32 = 8;
+/// Stands for an object that is visible without a look.
+pub const NOT_LOOKED_AT: u32 = LOOKS + 1;
+/// It shows at many of them if it shows at so many.
+pub const MANY: u32 = 4;
 
 /// An object that is not hidden.
 #[derive(Clone, Copy, Debug)]
@@ -86,7 +90,8 @@ pub struct Kept {
     pub object: u32,
     /// Where it may be drawn.
     pub footprint: Footprint,
-    /// At how many of the samples where it is looked at it shows; as many as there are if it is not looked at.
+    /// At how many of the samples where it is looked at it shows; as many as there are if it is taken for visible, or
+    /// [`NOT_LOOKED_AT`].
     pub seen: u32,
 }
 
@@ -141,12 +146,17 @@ fn seen_of(
     let Footprint::Within(rect) = footprint else {
         return Some(LOOKS);
     };
+    if buffer.is_hardly_covered(&rect) {
+        return Some(NOT_LOOKED_AT);
+    }
     let bounds = &frame.scene.bounds()[object];
     let seen = buffer.looks_at(bounds, rect).seen.count_ones();
     if seen == 0 && buffer.hides_aabb_closely(bounds, footprint) {
         return None;
     }
-    (!is_hidden_by_own_box(frame, buffer, object, footprint)).then_some(seen)
+    // Where a little may be lost, what shows at many samples is not worth a closer look.
+    let is_plain = seen >= MANY && !frame.settings.accuracy.is_exact();
+    (is_plain || !is_hidden_by_own_box(frame, buffer, object, footprint)).then_some(seen)
 }
 
 /// Whether an object is hidden that its world box's footprint alone does not hide: by that box, or by its own.

@@ -186,11 +186,13 @@ impl Subtrees {
         self.leaves[object as usize]
     }
 
-    fn len(&self, node: u32) -> usize {
+    /// How many objects are below a node.
+    pub fn len(&self, node: u32) -> usize {
         self.objects[node as usize].len()
     }
 
-    fn objects<'a>(&self, scene: &'a Scene, node: u32) -> &'a [u32] {
+    /// The objects below a node.
+    pub fn objects<'a>(&self, scene: &'a Scene, node: u32) -> &'a [u32] {
         let Range { start, end } = self.objects[node as usize];
         &scene.bvh().objects[start as usize..end as usize]
     }
@@ -201,7 +203,7 @@ fn objects_of<'a>(scene: &'a Scene, node: &BvhNode) -> &'a [u32] {
 }
 
 /// The children of a node with fewer objects than this below it are not asked: its objects are, one by one.
-const FEWEST_OBJECTS: usize = 8;
+pub const FEWEST_OBJECTS: usize = 8;
 
 /// When there are so many nodes to ask for each thread, they are shared out with all below them: a stage for each level of
 /// the hierarchy would leave threads waiting for each other more than asking.

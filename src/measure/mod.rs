@@ -3,7 +3,7 @@
 //! Every frame of a camera path is culled and timed, and judged against an exact [`Reference`]: the object-id picture
 //! of the whole scene at final size. Two yardsticks, the ideal box test and the ideal face test (`ideal`), say how
 //! many of the hidden objects a perfect test of bounding boxes would have found. A third, the [`Oracle`], says how few
-//! triangles would have done.
+//! triangles would have done. `throughput` compares frames one by one with frames in a pipeline.
 
 mod ideal;
 mod oracle;
@@ -13,6 +13,7 @@ mod report;
 mod run;
 mod schedule;
 mod sweep;
+mod throughput;
 
 pub use ideal::{ExactDepths, ideal_box_test, ideal_face_test};
 pub use oracle::{Oracle, Owner, within};
@@ -24,4 +25,7 @@ pub use schedule::{Prediction, SIMULATED_THREADS, Simulated, Simulation, makespa
 pub use sweep::{
     DEPTHS, DepthChoice, LEAST_HIDDEN, MeasuredThreads, ORACLE, PathFrame, PointFrame, Scaling,
     Sweep, SweepPoint, SweepSettings, SweptWith, sweep,
+};
+pub use throughput::{
+    FinalDraw, Flow, FlowReport, LeastAndMedian, ThroughputError, ThroughputSettings, throughput,
 };

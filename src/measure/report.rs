@@ -69,6 +69,8 @@ pub struct SettingsReport {
     pub cold: bool,
     /// The depth representation.
     pub depth: String,
+    /// Which of the farthest depths stands for a cell, where it is hierarchical; else 1.
+    pub nth: u32,
     /// Final pixels along the edge of a map pixel.
     pub map_scale: u32,
     /// Every how many frames one is judged.

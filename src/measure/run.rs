@@ -90,6 +90,7 @@ fn describe(culler: &Culler, settings: &MeasureSettings) -> SettingsReport {
         size,
         accuracy,
         map_scale,
+        depth,
         occluders,
         budget,
         static_criteria,
@@ -120,7 +121,8 @@ fn describe(culler: &Culler, settings: &MeasureSettings) -> SettingsReport {
             .visibility_grid()
             .map_or(0, |grid| grid.layout().viewpoints()),
         cold: settings.cold,
-        depth: "no-background".into(),
+        depth: depth.to_string(),
+        nth: depth.nth(),
         map_scale: map_scale.pixels(),
         every: settings.every,
     }

@@ -18,8 +18,9 @@
 //! that what is behind it is visible without a closer look. `Tₜ,ₖ₊₁ = D·Tₜ,ₖ/4`: the covered pixels that are lost grow by `D` from level to
 //! level. This loses occlusion and no objects; 0, the default, loses nothing.
 
-use crate::view::MapScale;
 use antumbra_simd::TILE_SIZE;
+
+use crate::view::MapScale;
 
 /// How much may be lost.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -40,6 +41,15 @@ impl Accuracy {
         }
     }
 
+    /// Whether nothing is lost: no cell is opaque that is not.
+    pub fn is_exact(&self) -> bool {
+        let ignores = |approximation: &Approximation| {
+            let levels = approximation.base_level..=approximation.coarsest_level.min(16);
+            { levels }.any(|level| approximation.ignored(level) > 0.0)
+        };
+        !self.approximation().is_some_and(ignores)
+    }
+
     /// The map's scale that goes well with it: the picture's own, or where holes are ignored anyway a quarter (HOM §8.2.2).
     pub fn map_scale(&self) -> MapScale {
         match self {
@@ -52,7 +62,7 @@ impl Accuracy {
     /// coarse map stands for its block if its middle is covered, as in HOM §8.2.2.
     pub(super) fn inset(&self, scale: MapScale) -> i32 {
         match self.approximation() {
-            Some(approximation) if approximation.distribution > 1.0 => 0,
+            Some(approximation) if approximation.distribution > 1.0 && !self.is_exact() => 0,
             _ => scale.inset(),
         }
     }
@@ -128,7 +138,6 @@ impl Approximation {
     }
 
     fn factor(&self) -> f64 {
-        // NaN comes out as 1.
         if self.distribution > 1.0 {
             self.distribution.min(4.0)
         } else {

@@ -11,6 +11,7 @@ use antumbra_simd::{Level, PART_HEIGHT};
 use glam::{DAffine3, DVec3};
 
 use super::holes::Holes;
+use super::overlap::{mask_in_tile, tiles_of};
 use super::projected_box::rectangle;
 use super::{Accuracy, Footprint, OcclusionMap, ProjectedBox, SampleRect, Screen};
 use crate::raster::{Assembler, BlockList, CullMode, Geometry, TileBuffer};
@@ -18,27 +19,36 @@ use crate::scene::{Aabb, OrientedBox, is_mirroring};
 use crate::tasks::Tasks;
 use crate::view::{Camera, MapScale, PictureSize};
 
-/// The answer to a question.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// The answer to a question: the continuum between hidden and seen (HOM §5.4).
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Visibility {
+    /// It covers no sample of the picture: it lies outside, or between samples.
+    Outside,
     /// Nothing of it can reach a pixel.
-    Hidden,
-    /// Something of it may reach a pixel.
-    Visible,
+    Occluded,
+    /// Something of it may reach a pixel: about this share of it, more than 0 and up to 1. It is the share of eight samples at
+    /// which it shows, half a sample at least; what reaches the near plane is seen as a whole. A caller may take a coarser model
+    /// for what is hardly seen.
+    Visible(f32),
 }
 
 impl Visibility {
-    /// Whether this is [`Visibility::Hidden`].
+    /// Whether nothing of it can reach a pixel.
     pub fn is_hidden(self) -> bool {
-        self == Visibility::Hidden
+        self.level() == 0.0
     }
-}
 
-fn visibility(hidden: bool) -> Visibility {
-    if hidden {
-        Visibility::Hidden
-    } else {
-        Visibility::Visible
+    /// About what share of it may be seen: 0 if it is hidden.
+    pub fn level(self) -> f32 {
+        match self {
+            Visibility::Outside | Visibility::Occluded => 0.0,
+            Visibility::Visible(level) => level,
+        }
+    }
+
+    /// Of something that shows at so many of eight samples.
+    fn seen_at(samples: u32) -> Visibility {
+        Visibility::Visible((samples as f32).max(0.5) / 8.0)
     }
 }
 
@@ -63,6 +73,18 @@ pub struct Sphere {
     /// The radius.
     pub radius: f64,
 }
+
+/// A rectangle is looked at in so many eighths from left to right, and from top to bottom.
+const LOOKED_AT: [[i32; 2]; 8] = [
+    [4, 4],
+    [2, 2],
+    [6, 6],
+    [2, 6],
+    [6, 2],
+    [4, 1],
+    [1, 4],
+    [7, 4],
+];
 
 /// Draws occluders and answers whether shapes are hidden behind them.
 ///
@@ -249,20 +271,19 @@ impl OcclusionBuffer {
         let Footprint::Within(rect) = footprint else {
             return self.test(footprint);
         };
-        let hidden = self.hides(footprint)
-            || !is_seen(
-                self.tiles.level(),
-                self.screen.rays(),
-                projected.slabs(),
-                self.tiles.layered(),
-                rectangle(&rect),
-            ) && is_outline_hidden(
-                self.tiles.level(),
-                self.tiles.layered(),
-                &projected.outline(&rect),
-                &projected.faces(&rect),
-            );
-        visibility(hidden)
+        if self.hides(footprint) {
+            return Visibility::Occluded;
+        }
+        let (level, tiles) = (self.tiles.level(), self.tiles.layered());
+        let (rays, slabs) = (self.screen.rays(), projected.slabs());
+        let seen = looks(level, rays, slabs, tiles, rectangle(&rect))
+            .seen
+            .count_ones();
+        let (outline, faces) = (projected.outline(&rect), projected.faces(&rect));
+        if seen == 0 && is_outline_hidden(level, tiles, &outline, &faces) {
+            return Visibility::Occluded;
+        }
+        Visibility::seen_at(seen)
     }
 
     /// Whether a world box is hidden that [`test`](OcclusionBuffer::test) of its footprint does not find hidden.
@@ -346,9 +367,42 @@ impl OcclusionBuffer {
         self.test(self.screen.footprint_of_rectangle(x, y, nearest_distance))
     }
 
-    /// Whether a shape with this footprint is hidden. A shape that covers no sample is.
+    /// Whether a shape with this footprint is hidden, by its rectangle and its nearest depth alone.
     pub fn test(&self, footprint: Footprint) -> Visibility {
-        visibility(self.hides(footprint))
+        match footprint {
+            Footprint::Unbounded => Visibility::Visible(1.0),
+            Footprint::Nowhere => Visibility::Outside,
+            Footprint::Within(_) if self.hides(footprint) => Visibility::Occluded,
+            Footprint::Within(rect) => {
+                let tiles = self.tiles.layered();
+                let at =
+                    |[first, last]: [i32; 2], eighths: i32| first + (last - first) * eighths / 8;
+                let seen = LOOKED_AT.iter().filter(|&&[x, y]| {
+                    !tiles.is_nearer(at(rect.x, x), at(rect.y, y), rect.nearest_depth)
+                });
+                Visibility::seen_at(seen.count() as u32)
+            }
+        }
+    }
+
+    /// Whether so little is covered around a rectangle that what is in it is visible without a closer look: see
+    /// [`Approximation::transparency`](super::Approximation).
+    pub(crate) fn is_hardly_covered(&self, rect: &SampleRect) -> bool {
+        let holes = self.holes.as_ref();
+        holes.is_some_and(|holes| holes.is_hardly_covered(rect))
+    }
+
+    /// Whether of the holes that are ignored a rectangle meets a larger part, in a tile, than a share of what may be ignored there.
+    pub(crate) fn ignores_more_than(&self, share: f32, rect: &SampleRect) -> bool {
+        let Some(holes) = &self.holes else {
+            return false;
+        };
+        let across = self.tiles.size().tiles_across();
+        let allowed = share * holes.ignored_in_tile() as f32;
+        tiles_of(rect).any(|(x, y)| {
+            let ignored = holes.ignored()[y * across + x] & mask_in_tile(rect, x, y);
+            ignored.count_ones() as f32 > allowed
+        })
     }
 
     /// The camera and picture size, ready to project shapes.

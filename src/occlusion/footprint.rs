@@ -23,7 +23,7 @@ use glam::{DAffine3, DVec3};
 
 use super::ProjectedBox;
 use crate::scene::{Aabb, OrientedBox};
-use crate::view::{Camera, MapScale, PictureSize};
+use crate::view::{Camera, MapScale, PictureSize, Projection};
 
 /// How far a projected coordinate may lie from where it is drawn, in sub-pixels, besides errors that scale with the
 /// scene and what a sample of a coarse map reaches.
@@ -31,6 +31,9 @@ const SNAP_ERROR: f64 = 0.5 + 1.0 / 1024.0;
 
 /// The share of its coordinates by which a position may be off.
 pub(super) const POSITION_ERROR: f64 = 1.0 / (1_u64 << 40) as f64;
+
+/// Times this, what is larger than 2⁵²⁴ is infinite; no view's row has an element of 2²⁰⁰.
+const OVERFLOW: f64 = f64::from_bits((1023 + 500) << 52);
 
 /// A rectangle of samples (pixel centres) within the picture, ends included, and the nearest depth in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -224,6 +227,62 @@ impl Screen {
         }
     }
 
+    /// A depth that nothing is drawn farther than which is within a box, axis-aligned in the local coordinates of something
+    /// within `bounds`; `from_local` is its transform to the screen. Minus infinity where that is not known.
+    ///
+    /// A quotient of sums is no less than the least quotient of its summands, so depth is least at a corner, or where the near
+    /// plane cuts: nothing is drawn before that.
+    pub(crate) fn farthest_depth_of_local_box(
+        &self,
+        from_local: &ScreenTransform,
+        bounds: &Aabb,
+        local: &Aabb,
+    ) -> f32 {
+        let error = 2.0 * self.position_error(reach(bounds));
+        let [depth_error, w_error] = [self.norms.depth, self.norms.w].map(|norm| norm * error);
+        let t = from_local;
+        let at_least = |depth: f64, w: f64| {
+            let depth = depth - depth_error;
+            let w = if depth < 0.0 {
+                w - w_error
+            } else {
+                w + w_error
+            };
+            if w > 0.0 {
+                depth / w
+            } else {
+                f64::NEG_INFINITY
+            }
+        };
+        let near_w = match self.camera.projection() {
+            Projection::Perspective { near, .. } => *near,
+            Projection::Orthographic { .. } => 1.0,
+        };
+        let mut farthest = at_least(t.near_depth * near_w, near_w);
+        for i in 0..8 {
+            let side = |axis: usize| {
+                if i >> axis & 1 == 0 {
+                    local.min
+                } else {
+                    local.max
+                }
+            };
+            let corner = DVec3::new(side(0).x, side(1).y, side(2).z);
+            let at = |r: [f64; 4]| vector(r).dot(corner) + r[3];
+            let (depth, w) = (at(t.depth), at(t.w));
+            let is_too_near = depth - depth_error > t.near_depth * (w + w_error);
+            let at_least = at_least(depth, w);
+            // Of what is not a number nothing is known.
+            if at_least.is_nan() || w <= w_error && !is_too_near {
+                return f32::NEG_INFINITY;
+            }
+            if w > w_error && at_least < farthest {
+                farthest = at_least;
+            }
+        }
+        -round_up(farthest.abs() * POSITION_ERROR - farthest)
+    }
+
     /// Where a box with any orientation may be drawn: its centre, and three vectors from there to the middles of
     /// faces.
     pub fn footprint_of_oriented_box(&self, center: DVec3, half_axes: [DVec3; 3]) -> Footprint {
@@ -377,8 +436,10 @@ impl Screen {
         }
     }
 
+    /// How far a position may be off that is no farther from the origin than `reach`: infinitely, where sums of its products
+    /// with a view's rows might overflow.
     fn position_error(&self, reach: f64) -> f64 {
-        (reach + self.eye_reach) * POSITION_ERROR
+        ((reach + self.eye_reach) * OVERFLOW) * (POSITION_ERROR / OVERFLOW)
     }
 
     fn project_box(&self, corners: &CornerBox, slabs: Slabs) -> ProjectedBox {

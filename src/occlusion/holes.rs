@@ -11,7 +11,7 @@
 
 use antumbra_simd::TILE_SIZE;
 
-use super::{Accuracy, OcclusionMap, Thresholds};
+use super::{Accuracy, OcclusionMap, SampleRect, Thresholds};
 use crate::raster::TileBuffer;
 use crate::view::MapScale;
 
@@ -71,9 +71,29 @@ impl Holes {
         self.samples
     }
 
+    /// How many samples may be ignored in a tile, whatever is around it.
+    pub(super) fn ignored_in_tile(&self) -> u32 {
+        self.thresholds.ignored(0)
+    }
+
     /// The samples of each tile that are ignored.
     pub fn ignored(&self) -> &[u64] {
         &self.ignored
+    }
+
+    /// Whether a rectangle meets a cell with so little coverage that it is taken for uncovered (HOM §5.3.1), as of the last look.
+    pub fn is_hardly_covered(&self, rect: &SampleRect) -> bool {
+        let level = self.map.level_for(rect);
+        let lost = self.thresholds.lost(level);
+        let edge = TILE_SIZE << level;
+        let cells = |s: [i32; 2]| (s[0] / edge) as usize..=(s[1] / edge) as usize;
+        lost > 0
+            && cells(rect.y).any(|y| {
+                cells(rect.x).any(|x| {
+                    let all = self.map.samples_of_cell(level, x, y);
+                    all - self.map.uncovered(level, x, y) <= lost
+                })
+            })
     }
 
     /// Covers what may be ignored.

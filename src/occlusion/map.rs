@@ -3,6 +3,7 @@
 use antumbra_simd::pyramid::{sum_2x2, uncovered};
 use antumbra_simd::{Level as LoopLevel, TILE_SIZE};
 
+use super::SampleRect;
 use crate::raster::TileBuffer;
 use crate::view::PictureSize;
 
@@ -86,6 +87,16 @@ impl OcclusionMap {
     /// The uncovered picture pixels of each cell of a level, row by row.
     pub fn uncovered_of_level(&self, level: usize) -> &[u32] {
         &self.levels[level].uncovered
+    }
+
+    /// Where a test of a rectangle begins: at the finest level whose cells are larger than its smaller side (HOM §5.2.1).
+    pub(super) fn level_for(&self, rect: &SampleRect) -> usize {
+        let side = |s: [i32; 2]| s[1] - s[0] + 1;
+        let smaller = side(rect.x).min(side(rect.y));
+        let last = self.level_count() - 1;
+        (0..last)
+            .find(|&level| TILE_SIZE << level > smaller)
+            .unwrap_or(last)
     }
 
     /// The columns and rows of a level.

@@ -23,8 +23,7 @@ pub fn is_covered(
         rect,
         thresholds,
     };
-    let level = test.start_level();
-    test.all_cells(rect.x, rect.y, level)
+    test.all_cells(rect.x, rect.y, map.level_for(rect))
 }
 
 /// Whether every sample of the rectangle is covered, asked of the tiles alone: for a buffer that is still being drawn
@@ -59,16 +58,6 @@ struct Test<'a> {
 }
 
 impl Test<'_> {
-    /// The finest level whose cells are larger than the rectangle's smaller side (HOM §5.2.1).
-    fn start_level(&self) -> usize {
-        let side = |s: [i32; 2]| s[1] - s[0] + 1;
-        let smaller = side(self.rect.x).min(side(self.rect.y));
-        let last = self.map.level_count() - 1;
-        (0..last)
-            .find(|&level| TILE_SIZE << level > smaller)
-            .unwrap_or(last)
-    }
-
     /// Checks the cells of a level that hold samples of the rectangle within columns `x` and rows `y`.
     fn all_cells(&self, x: [i32; 2], y: [i32; 2], level: usize) -> bool {
         let edge = (TILE_SIZE as usize) << level;

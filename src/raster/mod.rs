@@ -11,6 +11,7 @@ mod blocks;
 mod clip;
 mod cluster;
 mod object;
+mod surface;
 mod tiles;
 mod traverse;
 
@@ -19,5 +20,6 @@ pub use assemble::{Assembler, Geometry, GeometryError, Positions};
 pub use blocks::BlockList;
 pub use cluster::ClusterAssembler;
 pub use object::{ObjectAssembler, ObjectTriangle};
+pub use surface::{LoweredPlane, SurfaceTriangles};
 pub use tiles::TileBuffer;
 pub use traverse::{for_each_sample, for_each_tile};

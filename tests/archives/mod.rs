@@ -2,7 +2,7 @@
 //! the layout alone.
 #![allow(dead_code, reason = "each test file uses some")]
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use antumbra::cull::{Culler, Settings};
@@ -19,7 +19,9 @@ pub struct Folder(PathBuf);
 
 impl Folder {
     pub fn new(name: &str) -> Folder {
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+        // Where this is not a test of the package, there is no folder for tests.
+        let tests = option_env!("CARGO_TARGET_TMPDIR").map(PathBuf::from);
+        let folder = tests.unwrap_or_else(std::env::temp_dir).join(name);
         let _ = std::fs::remove_dir_all(&folder);
         std::fs::create_dir_all(&folder).expect("a folder can be made");
         Folder(folder)

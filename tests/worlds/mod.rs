@@ -2,6 +2,7 @@
 #![allow(dead_code)] // Each test file uses its own share.
 
 use antumbra::glam::{DAffine3, DMat3, DVec3};
+use antumbra::occlusion::{OrientedBox, Sphere};
 use antumbra::scene::{Alpha, Material, Mesh, Object, Surface};
 use antumbra::view::{Camera, Projection};
 
@@ -209,6 +210,51 @@ pub fn placed(
         DAffine3 {
             matrix3,
             translation,
+        },
+    )
+}
+
+/// An oriented box around a placed mesh, and a ball: both as a user might find them, with a part in 2⁴⁰ to spare for
+/// the user's own rounding.
+pub fn around(mesh: &Mesh, world_from_local: &DAffine3) -> (OrientedBox, Sphere) {
+    let point = |p: &[f32; 3]| DVec3::from_array(p.map(f64::from));
+    let all = || mesh.positions.iter().map(point);
+    let min = all().fold(DVec3::INFINITY, DVec3::min);
+    let max = all().fold(DVec3::NEG_INFINITY, DVec3::max);
+    let (middle, half) = ((min + max) * 0.5, (max - min) * 0.5);
+    let DAffine3 {
+        matrix3: m,
+        translation,
+    } = *world_from_local;
+    let far = min.abs().max(max.abs());
+    let terms = m.x_axis.abs() * far.x
+        + m.y_axis.abs() * far.y
+        + m.z_axis.abs() * far.z
+        + translation.abs();
+    let spare = terms.max_element() / (1_u64 << 40) as f64;
+    let center = world_from_local.transform_point3(middle);
+    // Half an axis longer by `spare` in its own direction; a flat side gets one from the other two.
+    let axes = [m.x_axis * half.x, m.y_axis * half.y, m.z_axis * half.z];
+    let longer = |i: usize| {
+        let (a, b, c) = (axes[i], axes[(i + 1) % 3], axes[(i + 2) % 3]);
+        let along = if a.length() > 0.0 { a } else { b.cross(c) };
+        if along.length() > 0.0 {
+            a + along * (4.0 * spare / along.length())
+        } else {
+            a
+        }
+    };
+    let radius = all()
+        .map(|p| (world_from_local.transform_point3(p) - center).length())
+        .fold(0.0, f64::max);
+    (
+        OrientedBox {
+            center,
+            half_axes: [longer(0), longer(1), longer(2)],
+        },
+        Sphere {
+            center,
+            radius: radius + 4.0 * spare,
         },
     )
 }

@@ -1,9 +1,9 @@
-//! The depth test: is a rectangle farther than every occluder surface it overlaps? (HOM §6.3.2 and §6.4)
+//! The no-background Z-buffer (HOM §6.4), as drawing leaves it in the tiles.
 
 use antumbra_simd::coverage::PART_MASKS;
 
+use super::super::overlap::{mask_in_tile, tiles_of};
 use super::SampleRect;
-use super::overlap::{mask_in_tile, tiles_of};
 use crate::raster::TileBuffer;
 
 /// Whether the rectangle's nearest depth is strictly farther than the depth of every tile part that holds one of its

@@ -3,7 +3,8 @@
 use antumbra::measure::{ORACLE, Sweep, SweepPoint};
 
 use super::Figure;
-use super::plot::{Axis, COLORS, Look, MARKS, Mark, Plot};
+use super::axis::Axis;
+use super::plot::{COLORS, Look, MARKS, Mark, Plot};
 
 /// What culling is held against.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,8 +3,9 @@
 use antumbra::measure::{Sweep, SweepPoint};
 
 use super::Figure;
+use super::axis::{Axis, number};
 use super::path_chart::frames_axis;
-use super::plot::{Axis, COLORS, Look, MARKS, Mark, Plot, number};
+use super::plot::{COLORS, Look, MARKS, Mark, Plot};
 use crate::cli::output::count_of;
 
 const DASHES: [&str; 4] = ["", "7 3", "2 3", "9 3 2 3"];

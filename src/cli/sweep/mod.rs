@@ -1,5 +1,6 @@
 //! `antumbra sweep`, the study: what each setting costs, hides and gets wrong.
 
+mod axis;
 mod budget_chart;
 mod error_chart;
 mod page;

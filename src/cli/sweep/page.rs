@@ -6,7 +6,7 @@ use std::fmt::Write;
 use antumbra::measure::{ORACLE, Sweep, SweepPoint};
 
 use super::trade_chart::{Error, letter};
-use super::{Figure, name_of, plot};
+use super::{Figure, axis, name_of};
 use crate::cli::output::{count_of, thousands};
 
 const STYLE: &str = "\
@@ -182,8 +182,8 @@ fn front(page: &mut Page, swept: &Sweep, error: Error) {
             "<tr><td>{}<td class=\"left\">{}<td>{}<td>{}<td>{:.2} %<td>{}",
             letter(i),
             name_of(p),
-            plot::number(p.time_us),
-            plot::number(p.wrong_pixels_a_frame),
+            axis::number(p.time_us),
+            axis::number(p.wrong_pixels_a_frame),
             100.0 * p.missed_culls,
             p.false_culls
         ));
@@ -210,8 +210,8 @@ fn variants(page: &mut Page, swept: &Sweep) {
                     0 => "exact".to_owned(),
                     hole => thousands(hole.into()),
                 },
-                plot::number(p.time_us),
-                plot::number(p.wrong_pixels_a_frame),
+                axis::number(p.time_us),
+                axis::number(p.wrong_pixels_a_frame),
                 100.0 * p.missed_culls,
                 p.false_culls,
                 thousands(p.occluder_triangles.round() as u64),

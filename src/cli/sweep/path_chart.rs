@@ -3,7 +3,8 @@
 use antumbra::measure::{Sweep, SweepPoint};
 
 use super::Figure;
-use super::plot::{Axis, COLORS, Look, Mark, Plot, number};
+use super::axis::{Axis, number};
+use super::plot::{COLORS, Look, Mark, Plot};
 
 const SOLID: Look = Look {
     color: COLORS[0],

@@ -3,7 +3,8 @@
 use antumbra::measure::Sweep;
 
 use super::Figure;
-use super::plot::{Axis, COLORS, Look, Mark, Plot, number};
+use super::axis::{Axis, number};
+use super::plot::{COLORS, Look, Mark, Plot};
 
 /// The chart, and what to see in it.
 pub fn thread_chart(swept: &Sweep) -> Figure {

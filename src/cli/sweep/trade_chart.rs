@@ -4,7 +4,8 @@
 
 use antumbra::measure::{LEAST_HIDDEN, Sweep, SweepPoint};
 
-use super::plot::{Axis, COLORS, Look, MARKS, Mark, Plot, number};
+use super::axis::{Axis, number};
+use super::plot::{COLORS, Look, MARKS, Mark, Plot};
 use super::{Figure, name_of};
 use crate::cli::output::count_of;
 

@@ -18,8 +18,6 @@ mod prepare;
 mod progress;
 mod render;
 mod sweep;
-mod sweep_chart;
-mod sweep_page;
 mod visibility_grid;
 
 use std::process::ExitCode;

@@ -7,6 +7,7 @@
 
 mod ideal;
 mod oracle;
+mod pareto;
 mod reference;
 mod report;
 mod run;
@@ -16,11 +17,15 @@ mod throughput;
 
 pub use ideal::{ExactDepths, ideal_box_test, ideal_face_test};
 pub use oracle::{Oracle, Owner, within};
+pub use pareto::pareto_front;
 pub use reference::Reference;
 pub use report::{FrameReport, Report, SceneReport, SettingsReport, TimesUs, Totals};
 pub use run::{MeasureSettings, run};
 pub use schedule::{Prediction, SIMULATED_THREADS, Simulated, Simulation, makespan};
-pub use sweep::{ORACLE, Sweep, SweepPoint, SweepSettings, SweptWith, sweep};
+pub use sweep::{
+    DEPTHS, DepthChoice, LEAST_HIDDEN, MeasuredThreads, ORACLE, PathFrame, PointFrame, Scaling,
+    Sweep, SweepPoint, SweepSettings, SweptWith, sweep,
+};
 pub use throughput::{
     FinalDraw, Flow, FlowReport, LeastAndMedian, ThroughputError, ThroughputSettings, throughput,
 };

@@ -1,0 +1,169 @@
+//! Which settings are swept over.
+//!
+//! The whole product of holes, scales, selections, budgets and depths is large, and most of it says nothing new. So by default two
+//! slices of it are taken: every selection with every budget at the base settings, and every hole with every scale by
+//! the selection and budget that the base settings name. They meet in one point, which is taken once.
+
+use super::{ORACLE, SweepSettings};
+use crate::cull::Settings;
+use crate::occluders::{Budget, Selection};
+use crate::occlusion::{Accuracy, Approximation};
+
+/// A depth representation that can be swept over.
+#[derive(Clone, Copy, Debug)]
+pub struct DepthChoice {
+    /// What it goes by.
+    pub name: &'static str,
+    /// Makes settings use it.
+    pub apply: fn(Settings) -> Settings,
+}
+
+/// The depth representations that there are. Another one stands here with its name and what it changes of the settings, and is then
+/// swept over with all holes and scales.
+pub const DEPTHS: [DepthChoice; 1] = [DepthChoice {
+    name: "no-background",
+    apply: |settings| settings,
+}];
+
+/// One place of the grid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Place {
+    /// Of its selection, or [`ORACLE`].
+    pub name: &'static str,
+    pub depth: &'static str,
+    pub settings: Settings,
+    /// Whether it differs from the base settings in the selection and the budget alone.
+    pub is_base: bool,
+    /// Whether it has the selection and the budget of the base settings.
+    pub is_chosen: bool,
+}
+
+/// The places of the grid; those that differ in the selection and the budget alone come first, and of these the oracle's last.
+pub(super) fn places(sweep: &SweepSettings, has_grid: bool) -> Vec<Place> {
+    let base = sweep.cull;
+    let choices = choices(sweep, has_grid);
+    let mut places = Vec::new();
+    for &(name, occluders, budget) in &choices {
+        let settings = Settings {
+            occluders,
+            budget,
+            ..(DEPTHS[0].apply)(base)
+        };
+        places.push(place(sweep, name, DEPTHS[0].name, settings, true));
+    }
+    let chosen = (base.occluders.name(), base.occluders, base.budget);
+    let not_oracle = choices.iter().filter(|(name, ..)| *name != ORACLE);
+    let of_variants: Vec<_> = if sweep.full {
+        let mut all = vec![chosen];
+        all.extend(not_oracle.filter(|choice| **choice != chosen));
+        all
+    } else {
+        vec![chosen]
+    };
+    for depth in DEPTHS {
+        for &(name, occluders, budget) in &of_variants {
+            for &map_scale in &sweep.map_scales {
+                for &hole in &sweep.holes {
+                    let settings = (depth.apply)(Settings {
+                        accuracy: accuracy(sweep, hole),
+                        map_scale,
+                        occluders,
+                        budget,
+                        ..base
+                    });
+                    let is_new = |p: &&Place| p.name == name && p.settings == settings;
+                    if places.iter().find(is_new).is_none() {
+                        places.push(place(sweep, name, depth.name, settings, false));
+                    }
+                }
+            }
+        }
+    }
+    places
+}
+
+fn place(
+    sweep: &SweepSettings,
+    name: &'static str,
+    depth: &'static str,
+    settings: Settings,
+    is_base: bool,
+) -> Place {
+    let is_chosen = name != ORACLE
+        && settings.occluders == sweep.cull.occluders
+        && settings.budget == sweep.cull.budget;
+    Place {
+        name,
+        depth,
+        settings,
+        is_base,
+        is_chosen,
+    }
+}
+
+/// Selections with budgets, from the smallest budget to none; the oracle last.
+fn choices(sweep: &SweepSettings, has_grid: bool) -> Vec<(&'static str, Selection, Budget)> {
+    let budgets = || sweep.budgets.iter().copied().map(Budget::Triangles);
+    let mut choices = Vec::new();
+    for occluders in Selection::ALL {
+        if occluders == Selection::Sampled && !has_grid {
+            // It would be the nearest once more.
+            continue;
+        }
+        let auto = (occluders == Selection::Contribution).then_some(Budget::Auto);
+        for budget in budgets().chain(auto).chain([Budget::All]) {
+            choices.push((occluders.name(), occluders, budget));
+        }
+    }
+    for budget in budgets().chain([Budget::All]) {
+        choices.push((ORACLE, sweep.cull.occluders, budget));
+    }
+    choices
+}
+
+/// Without a hole nothing is lost.
+fn accuracy(sweep: &SweepSettings, hole: u32) -> Accuracy {
+    match hole {
+        0 => Accuracy::Exact,
+        hole => Accuracy::Approximate(Approximation {
+            hole,
+            ..sweep.approximation
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::view::{MapScale, PictureSize};
+
+    fn settings(full: bool) -> SweepSettings {
+        SweepSettings {
+            cull: Settings::new(PictureSize::new(64, 64).expect("a size")),
+            budgets: vec![10, 20],
+            holes: vec![0, 64],
+            map_scales: MapScale::ALL.to_vec(),
+            approximation: Approximation::default(),
+            full,
+            every: 1,
+        }
+    }
+
+    #[test]
+    fn two_slices_meet_in_one_point() {
+        let places = places(&settings(false), false);
+        // Seven selections and the oracle with two budgets and without one, and the one that chooses itself; two holes at three scales.
+        assert_eq!(places.len(), (8 * 3 + 1) + (2 * 3 - 1));
+        assert_eq!(places.iter().filter(|p| p.is_chosen).count(), 2 * 3);
+    }
+
+    #[test]
+    fn the_full_grid_is_the_product() {
+        let places = places(&settings(true), false);
+        assert_eq!(places.len(), (7 * 3 + 1) * 2 * 3 + 3);
+        for (i, place) in places.iter().enumerate() {
+            let same = |p: &&Place| p.name == place.name && p.settings == place.settings;
+            assert!(places[..i].iter().find(same).is_none(), "{place:?}");
+        }
+    }
+}

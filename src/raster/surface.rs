@@ -1,9 +1,7 @@
 //! The triangles of a surface that is drawn elsewhere, for whoever needs their depth at each sample.
 //!
-//! The final pass writes each triangle's depth by a formula that begins at the triangle's first corner, and draws what clipping
-//! leaves of it as a fan that begins there as well. Which corner that is, is not known here: clusters turn triangles when they
-//! pair them. A clipped triangle therefore comes with the other two fans, and at a sample counts what is farthest of those that
-//! cover it; what else turning does is rounding ([`LoweredPlane`]).
+//! The final pass writes each triangle's depth by a formula that begins at the triangle's first corner. Which corner that is, is not
+//! known here: clusters turn triangles when they pair them. What turning changes is rounding, and is taken off ([`LoweredPlane`]).
 
 use antumbra_simd::TILE_SIZE;
 use antumbra_simd::triangle::{CullMode, DepthPlane, Triangle};
@@ -26,19 +24,9 @@ const ROW: usize = TILE_SIZE as usize;
 /// Triangles that are ready to be drawn.
 #[derive(Clone, Debug, Default)]
 pub struct SurfaceTriangles {
-    triangles: Vec<SurfaceTriangle>,
-    /// The triangles of other fans.
-    others: Vec<Triangle>,
+    triangles: Vec<Triangle>,
     /// The vertices of the cluster that is being added.
     corners: Vec<(ClipVertex, Option<ScreenVertex>)>,
-}
-
-/// A triangle, and those that may be drawn in its place.
-#[derive(Clone, Copy, Debug)]
-struct SurfaceTriangle {
-    triangle: Triangle,
-    first_other: u32,
-    others: u32,
 }
 
 /// A plane, and by how much what any formula of it says may be farther than what this one says.
@@ -52,7 +40,6 @@ impl SurfaceTriangles {
     /// Forgets all triangles.
     pub fn clear(&mut self) {
         self.triangles.clear();
-        self.others.clear();
     }
 
     /// Adds those triangles of a cluster that can cover a sample of the picture.
@@ -75,44 +62,20 @@ impl SurfaceTriangles {
         }));
         for triangle in cluster.triangles() {
             let corners = triangle.map(|i| self.corners[usize::from(i)]);
-            let first = self.triangles.len();
-            let first_other = self.others.len() as u32;
-            let alone = |triangle| SurfaceTriangle {
-                triangle,
-                first_other,
-                others: 0,
-            };
             if let [(_, Some(a)), (_, Some(b)), (_, Some(c))] = corners {
-                self.triangles.extend(set_up([a, b, c]).map(alone));
-                continue;
-            }
-            let mut in_fan = 0;
-            let fan = |turn: usize, emit: &mut dyn FnMut([ScreenVertex; 3])| {
-                let turned = [0, 1, 2].map(|i| corners[(i + turn) % 3].0);
-                clip_triangle(turned, screen, emit);
-            };
-            fan(0, &mut |vertices| {
-                in_fan += 1;
-                self.triangles.extend(set_up(vertices).map(alone));
-            });
-            // A triangle that is left whole, or as one, is the same wherever it begins.
-            if in_fan > 1 {
-                for turn in [1, 2] {
-                    fan(turn, &mut |vertices| self.others.extend(set_up(vertices)));
-                }
-            }
-            for triangle in &mut self.triangles[first..] {
-                triangle.others = self.others.len() as u32 - first_other;
+                self.triangles.extend(set_up([a, b, c]));
+            } else {
+                let corners = corners.map(|(corner, _)| corner);
+                clip_triangle(corners, screen, |vertices| {
+                    self.triangles.extend(set_up(vertices));
+                });
             }
         }
     }
 
-    /// The triangles, each with those that may be drawn in its place.
-    pub fn iter(&self) -> impl Iterator<Item = (&Triangle, &[Triangle])> {
-        self.triangles.iter().map(|of| {
-            let others = &self.others[of.first_other as usize..][..of.others as usize];
-            (&of.triangle, others)
-        })
+    /// The triangles.
+    pub fn iter(&self) -> impl Iterator<Item = &Triangle> {
+        self.triangles.iter()
     }
 }
 
@@ -136,18 +99,10 @@ impl LoweredPlane {
         self.plane.nearest as f32
     }
 
-    /// Depths at the samples of a row of a tile, the first of which is in column `x`, that no formula of any of these planes is
-    /// farther than.
+    /// Depths at the samples of a row of a tile, the first of which is in column `x`, that no formula of the plane is farther than.
     #[inline]
-    pub fn depths_of_row(planes: &[LoweredPlane], x: i32, y: i32) -> [f32; ROW] {
-        let mut row = [f32::INFINITY; ROW];
-        for plane in planes {
-            for (column, depth) in (0..).zip(&mut row) {
-                let lowered = plane.lowered(x + column, y);
-                *depth = if lowered < *depth { lowered } else { *depth };
-            }
-        }
-        row
+    pub fn depths_of_row(&self, x: i32, y: i32) -> [f32; ROW] {
+        std::array::from_fn(|column| self.lowered(x + column as i32, y))
     }
 
     #[inline]
@@ -213,7 +168,7 @@ mod tests {
                 let (x, y) = (near(c[0]), near(c[1]));
                 for (a, lowered) in planes.iter().zip(&lowered) {
                     for b in &planes {
-                        let depths = LoweredPlane::depths_of_row(&[*lowered], x - 3, y);
+                        let depths = lowered.depths_of_row(x - 3, y);
                         assert!(depths[3] <= b.at(x, y), "{a:?} {b:?} at {x}, {y}");
                         assert!(b.at(x, y) - depths[3] <= 1e-6, "{a:?} {b:?} at {x}, {y}");
                         differ += i32::from(a.at(x, y) != b.at(x, y));

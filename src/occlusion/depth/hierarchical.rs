@@ -21,7 +21,6 @@
 use std::num::NonZeroU32;
 
 use antumbra_simd::TILE_SIZE;
-use antumbra_simd::coverage::coverage_of_tile;
 use antumbra_simd::tile::UNCOVERED;
 
 use super::DrawnSurface;
@@ -125,21 +124,13 @@ impl HierarchicalZ {
     pub fn note(&mut self, drawn: &DrawnSurface<'_>) {
         let rows = 0..self.size.tiles_down() as i32;
         let (tiles_across, across) = (self.size.tiles_across(), self.samples.width);
-        let mut planes = Vec::new();
-        for (triangle, others) in drawn.triangles.iter() {
-            planes.clear();
-            planes.push(LoweredPlane::new(triangle.depth));
-            let nearest = planes[0].nearest();
+        for triangle in drawn.triangles.iter() {
+            let plane = LoweredPlane::new(triangle.depth);
+            let nearest = plane.nearest();
             for_each_tile(triangle, rows.clone(), |tile_x, tile_y, mask| {
                 let farthest = &mut self.farthest[tile_y as usize * tiles_across + tile_x as usize];
                 if nearest <= *farthest {
                     return;
-                }
-                planes.truncate(1);
-                for other in others {
-                    if coverage_of_tile(other, tile_x, tile_y) & mask != 0 {
-                        planes.push(LoweredPlane::new(other.depth));
-                    }
                 }
                 let (x, y) = (tile_x * TILE_SIZE, tile_y * TILE_SIZE);
                 let tile = &mut self.samples.depths[y as usize * across + x as usize..];
@@ -148,7 +139,7 @@ impl HierarchicalZ {
                     let samples = &mut samples[..TILE];
                     let covered = mask >> (TILE_SIZE * row) & 0xff;
                     if covered != 0 {
-                        let depths = LoweredPlane::depths_of_row(&planes, x, y + row);
+                        let depths = plane.depths_of_row(x, y + row);
                         for (column, (sample, depth)) in samples.iter_mut().zip(depths).enumerate()
                         {
                             let is_nearer = depth > *sample || *sample == UNCOVERED;

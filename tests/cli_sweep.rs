@@ -30,8 +30,8 @@ fn a_sweep_leaves_a_chart_and_its_figures() {
     let swept: Value = serde_json::from_str(&read("sweep.json")).expect("JSON");
     let points = swept["points"].as_array().expect("a list");
     // Each selection and the oracle with two budgets and without one; contribution also with its own. Then two holes at three
-    // scales, of which one is there already.
-    assert_eq!(points.len(), 8 * 3 + 1 + 2 * 3 - 1);
+    // scales, of which one is there already, and three more representations of depth.
+    assert_eq!(points.len(), 8 * 3 + 1 + 2 * 3 - 1 + 3);
     for point in points {
         if point["hole"] == 0 {
             assert_eq!(point["false_culls"], 0, "{point}");

@@ -23,8 +23,8 @@ pub use report::{FrameReport, Report, SceneReport, SettingsReport, TimesUs, Tota
 pub use run::{MeasureSettings, run};
 pub use schedule::{Prediction, SIMULATED_THREADS, Simulated, Simulation, makespan};
 pub use sweep::{
-    DEPTHS, DepthChoice, LEAST_HIDDEN, MeasuredThreads, ORACLE, PathFrame, PointFrame, Scaling,
-    Sweep, SweepPoint, SweepSettings, SweptWith, sweep,
+    LEAST_HIDDEN, MeasuredThreads, ORACLE, PathFrame, PointFrame, Scaling, Sweep, SweepPoint,
+    SweepSettings, SweptWith, sweep,
 };
 pub use throughput::{
     FinalDraw, Flow, FlowReport, LeastAndMedian, ThroughputError, ThroughputSettings, throughput,

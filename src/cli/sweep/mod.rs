@@ -12,8 +12,8 @@ mod trade_chart;
 
 use std::path::{Path, PathBuf};
 
-use antumbra::measure::{DEPTHS, Sweep as Swept, SweepPoint, SweepSettings, sweep};
-use antumbra::occlusion::{Accuracy, Approximation};
+use antumbra::measure::{Sweep as Swept, SweepPoint, SweepSettings, sweep};
+use antumbra::occlusion::{Accuracy, Approximation, DepthRepresentation};
 use antumbra::view::MapScale;
 use clap::Args;
 
@@ -105,7 +105,7 @@ fn name_of(point: &SweepPoint) -> String {
         format!("{} {budget}", point.occluders)
     };
     let depth = match point.depth.as_str() {
-        depth if depth == DEPTHS[0].name => String::new(),
+        depth if depth == DepthRepresentation::default().name() => String::new(),
         depth => format!(", {depth}"),
     };
     let hole = match point.hole {

@@ -7,34 +7,18 @@
 use super::{ORACLE, SweepSettings};
 use crate::cull::Settings;
 use crate::occluders::{Budget, Selection};
-use crate::occlusion::{Accuracy, Approximation};
-
-/// A depth representation that can be swept over.
-#[derive(Clone, Copy, Debug)]
-pub struct DepthChoice {
-    /// What it goes by.
-    pub name: &'static str,
-    /// Makes settings use it.
-    pub apply: fn(Settings) -> Settings,
-}
-
-/// The depth representations that there are. Another one stands here with its name and what it changes of the settings, and is then
-/// swept over with all holes and scales.
-pub const DEPTHS: [DepthChoice; 1] = [DepthChoice {
-    name: "no-background",
-    apply: |settings| settings,
-}];
+use crate::occlusion::{Accuracy, Approximation, DepthRepresentation};
+use crate::view::MapScale;
 
 /// One place of the grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Place {
     /// Of its selection, or [`ORACLE`].
     pub name: &'static str,
-    pub depth: &'static str,
     pub settings: Settings,
     /// Whether it differs from the base settings in the selection and the budget alone.
     pub is_base: bool,
-    /// Whether it has the selection and the budget of the base settings.
+    /// Whether it has the selection, the budget and the depth representation of the base settings.
     pub is_chosen: bool,
 }
 
@@ -47,9 +31,10 @@ pub(super) fn places(sweep: &SweepSettings, has_grid: bool) -> Vec<Place> {
         let settings = Settings {
             occluders,
             budget,
-            ..(DEPTHS[0].apply)(base)
+            depth: DepthRepresentation::NoBackground,
+            ..base
         };
-        places.push(place(sweep, name, DEPTHS[0].name, settings, true));
+        places.push(place(sweep, name, settings, true));
     }
     let chosen = (base.occluders.name(), base.occluders, base.budget);
     let not_oracle = choices.iter().filter(|(name, ..)| *name != ORACLE);
@@ -60,20 +45,26 @@ pub(super) fn places(sweep: &SweepSettings, has_grid: bool) -> Vec<Place> {
     } else {
         vec![chosen]
     };
-    for depth in DEPTHS {
+    for depth in DepthRepresentation::ALL {
         for &(name, occluders, budget) in &of_variants {
             for &map_scale in &sweep.map_scales {
                 for &hole in &sweep.holes {
-                    let settings = (depth.apply)(Settings {
+                    let is_default = depth == DepthRepresentation::NoBackground;
+                    // The others are for the picture's own scale, and none ignores a hole otherwise.
+                    if !is_default && (map_scale != MapScale::Full || hole > 0) {
+                        continue;
+                    }
+                    let settings = Settings {
                         accuracy: accuracy(sweep, hole),
                         map_scale,
                         occluders,
                         budget,
+                        depth,
                         ..base
-                    });
+                    };
                     let is_new = |p: &&Place| p.name == name && p.settings == settings;
                     if places.iter().find(is_new).is_none() {
-                        places.push(place(sweep, name, depth.name, settings, false));
+                        places.push(place(sweep, name, settings, false));
                     }
                 }
             }
@@ -82,19 +73,13 @@ pub(super) fn places(sweep: &SweepSettings, has_grid: bool) -> Vec<Place> {
     places
 }
 
-fn place(
-    sweep: &SweepSettings,
-    name: &'static str,
-    depth: &'static str,
-    settings: Settings,
-    is_base: bool,
-) -> Place {
+fn place(sweep: &SweepSettings, name: &'static str, settings: Settings, is_base: bool) -> Place {
     let is_chosen = name != ORACLE
         && settings.occluders == sweep.cull.occluders
-        && settings.budget == sweep.cull.budget;
+        && settings.budget == sweep.cull.budget
+        && settings.depth == sweep.cull.depth;
     Place {
         name,
-        depth,
         settings,
         is_base,
         is_chosen,
@@ -135,7 +120,7 @@ fn accuracy(sweep: &SweepSettings, hole: u32) -> Accuracy {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::view::{MapScale, PictureSize};
+    use crate::view::PictureSize;
 
     fn settings(full: bool) -> SweepSettings {
         SweepSettings {
@@ -152,15 +137,16 @@ mod tests {
     #[test]
     fn two_slices_meet_in_one_point() {
         let places = places(&settings(false), false);
-        // Seven selections and the oracle with two budgets and without one, and the one that chooses itself; two holes at three scales.
-        assert_eq!(places.len(), (8 * 3 + 1) + (2 * 3 - 1));
+        // Seven selections and the oracle with two budgets and without one, and the one that chooses itself; two holes at three scales,
+        // and three more representations of depth.
+        assert_eq!(places.len(), (8 * 3 + 1) + (2 * 3 - 1) + 3);
         assert_eq!(places.iter().filter(|p| p.is_chosen).count(), 2 * 3);
     }
 
     #[test]
     fn the_full_grid_is_the_product() {
         let places = places(&settings(true), false);
-        assert_eq!(places.len(), (7 * 3 + 1) * 2 * 3 + 3);
+        assert_eq!(places.len(), (7 * 3 + 1) * (2 * 3 + 3) + 3);
         for (i, place) in places.iter().enumerate() {
             let same = |p: &&Place| p.name == place.name && p.settings == place.settings;
             assert!(places[..i].iter().find(same).is_none(), "{place:?}");

@@ -20,7 +20,6 @@ use crate::view::{CameraPath, MapScale};
 use point::{Judged, Run};
 use scaling::Scales;
 
-pub use grid::{DEPTHS, DepthChoice};
 pub use point::{PointFrame, SweepPoint};
 pub use scaling::{MeasuredThreads, Scaling};
 

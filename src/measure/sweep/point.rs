@@ -182,7 +182,7 @@ impl Run {
             culled_of_hidden,
             time_us: self.time_us / frames,
             false_culls: self.false_culls,
-            depth: self.place.depth.to_owned(),
+            depth: self.place.settings.depth.name().to_owned(),
             accuracy: approximation.map_or("exact", |_| "approximate").into(),
             hole: approximation.map_or(0, |a| a.hole),
             map_scale: settings.map_scale.pixels(),

@@ -191,13 +191,13 @@ fn front(page: &mut Page, swept: &Sweep, error: Error) {
     page.put(format_args!("</tbody></table></div></section>"));
 }
 
-/// Holes and scales.
+/// Holes, scales and depth representations.
 fn variants(page: &mut Page, swept: &Sweep) {
     page.put(format_args!(
-        "<h3>Holes and scales of the map</h3>\n<div class=\"scroll\"><table><thead><tr><th>depth<th>map<th>holes up to, pixels<th>time a frame, &micro;s\
+        "<h3>Holes, scales of the map, and representations of depth</h3>\n<div class=\"scroll\"><table><thead><tr><th>depth<th>map<th>holes up to, pixels<th>time a frame, &micro;s\
          <th>wrong pixels a frame<th>hidden not culled<th>false culls<th>triangles drawn as occluders</thead>"
     ));
-    let mut points: Vec<&SweepPoint> = swept.variants().collect();
+    let mut points: Vec<&SweepPoint> = swept.variants().chain(swept.depths()).collect();
     points.sort_by_key(|p| (p.depth.clone(), p.map_scale, p.hole));
     for points in points.chunk_by(|a, b| a.map_scale == b.map_scale && a.depth == b.depth) {
         page.put(format_args!("<tbody>"));

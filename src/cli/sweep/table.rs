@@ -60,14 +60,15 @@ pub fn frames_csv(swept: &Sweep) -> String {
 /// The figures for people.
 pub fn table(name: &str, swept: &Sweep) -> String {
     let mut out = format!(
-        "{name}, {} frames\n\n        occluders |   budget | hole | map | triangles drawn |  culled | us a frame | wrong px a frame\n",
+        "{name}, {} frames\n\n        occluders |   budget |         depth | hole | map | triangles drawn |  culled | us a frame | wrong px a frame\n",
         swept.frames
     );
     for p in &swept.points {
         out += &format!(
-            "{:>17} | {:>8} | {:>4} | 1/{} | {:>15.0} | {:>5.1} % | {:>10.0} | {:>16.1}\n",
+            "{:>17} | {:>8} | {:>13} | {:>4} | 1/{} | {:>15.0} | {:>5.1} % | {:>10.0} | {:>16.1}\n",
             p.occluders,
             p.budget,
+            p.depth,
             p.hole,
             p.map_scale,
             p.occluder_triangles,

@@ -121,6 +121,17 @@ impl Sweep {
         self.points.iter().filter(|point| !point.series.is_empty())
     }
 
+    /// The points of other depth representations, with the selection and the budget of the base settings.
+    pub fn depths(&self) -> impl Iterator<Item = &SweepPoint> {
+        let base = self.base();
+        self.points.iter().filter(move |point| {
+            base.is_some_and(|base| {
+                let of = |p: &SweepPoint| (p.occluders.clone(), p.budget.clone());
+                point.depth != base.depth && of(point) == of(base)
+            })
+        })
+    }
+
     /// The point of the base settings.
     pub fn base(&self) -> Option<&SweepPoint> {
         self.variants().find(|point| point.is_base)

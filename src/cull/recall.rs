@@ -14,8 +14,8 @@ pub struct RecallMemory {
     footprints: Vec<Footprint>,
 }
 
-/// Lets the clusters wait that are remembered and not left out. Returns whether more than one in four of them is out of the picture: it shows
-/// something else than the last.
+/// Lets the clusters wait that are remembered and not left out. Returns whether more than one in four of them is out of the picture:
+/// it shows something else than the last.
 pub fn recall(
     frame: &Frame<'_>,
     contributions: &mut Contributions,

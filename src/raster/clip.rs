@@ -174,6 +174,28 @@ mod tests {
         assert_eq!(distinct.len(), 2, "{left:?} {right:?}");
     }
 
+    /// Clusters turn triangles: what is drawn must not hang on it.
+    #[test]
+    fn a_turned_triangle_gives_the_same_fan() {
+        // Two corners behind the eye, or one: three and four corners are left, or more where the guard band cuts too.
+        let wide = [(3e5, -2e5, 4.0), (-4e5, 1e5, 1.5), (9e4, 8e5, 2.0)];
+        let one_behind = [(5.0, 9.0, 4.0), (40.0, 2.0, -1.5), (9.0, 70.0, 2.0)];
+        let mut longest = 0;
+        for corners in [wide, one_behind] {
+            let [a, b, c] = corners.map(|(x, y, w)| vertex(x, y, w));
+            let fan_of = |triangle| {
+                let mut fan = Vec::new();
+                clip_triangle(triangle, &SCREEN, |t| fan.push(t));
+                fan
+            };
+            let fan = fan_of([a, b, c]);
+            longest = longest.max(fan.len());
+            assert_eq!(fan, fan_of([b, c, a]));
+            assert_eq!(fan, fan_of([c, a, b]));
+        }
+        assert!(longest > 1, "there is more than one way to draw it");
+    }
+
     #[test]
     fn nothing_behind_the_near_plane_is_left() {
         clip_triangle(

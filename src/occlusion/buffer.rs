@@ -183,6 +183,26 @@ impl OcclusionBuffer {
 
     /// Draws an occluder. Triangles with a vertex that is not finite hide nothing.
     pub fn draw(&mut self, occluder: &Occluder<'_>) {
+        self.assemble(occluder);
+        self.tiles.fill(&self.triangles);
+    }
+
+    /// Draws an occluder that lets light through: of opacity 0 all of it, of 1 none. Several of them combine (HOM §4.4), and where what they
+    /// let through may be ignored, what is behind the farthest of them is hidden. Where nothing may be ignored, this does
+    /// nothing.
+    pub fn draw_translucent(&mut self, occluder: &Occluder<'_>, opacity: f32) {
+        if self.accuracy.is_exact() {
+            return;
+        }
+        self.assemble(occluder);
+        if let Some(holes) = &mut self.holes {
+            let opacity = (opacity.clamp(0.0, 1.0) * 255.0) as u8;
+            holes.draw_translucent(&self.triangles, opacity, &self.tiles);
+        }
+    }
+
+    /// Sets an occluder's triangles up.
+    fn assemble(&mut self, occluder: &Occluder<'_>) {
         let size = self.tiles.size();
         let screen = self.screen.screen_from_local(&occluder.world_from_local);
         let mirrored = is_mirroring(&occluder.world_from_local);
@@ -196,7 +216,6 @@ impl OcclusionBuffer {
             .assemble(occluder.geometry, &screen, size, cull, |t, _| {
                 self.triangles.push(t);
             });
-        self.tiles.fill(&self.triangles);
     }
 
     /// Draws triangles that were assembled for this buffer's camera and size, list after list, and adds to `gains` what the

@@ -10,7 +10,9 @@
 //! other.
 
 use antumbra_simd::TILE_SIZE;
+use antumbra_simd::triangle::Triangle;
 
+use super::veils::Veils;
 use super::{Accuracy, OcclusionMap, SampleRect, Thresholds};
 use crate::raster::TileBuffer;
 use crate::view::MapScale;
@@ -27,6 +29,7 @@ pub struct Holes {
     /// The samples of each tile that are covered by something.
     solid: Vec<u64>,
     samples: u64,
+    veils: Veils,
 }
 
 impl Holes {
@@ -57,11 +60,13 @@ impl Holes {
             ignored: vec![0; tiles.coverage().len()],
             solid: vec![0; tiles.coverage().len()],
             samples: 0,
+            veils: Veils::default(),
         }
     }
 
-    /// Forgets what was ignored.
+    /// Forgets what was ignored, and what is translucent.
     pub fn clear(&mut self) {
+        self.veils.clear();
         self.ignored.fill(0);
         self.samples = 0;
     }
@@ -96,6 +101,16 @@ impl Holes {
             })
     }
 
+    /// Draws translucent triangles, with an opacity in 255ths.
+    pub(super) fn draw_translucent(
+        &mut self,
+        triangles: &[Triangle],
+        opacity: u8,
+        tiles: &TileBuffer,
+    ) {
+        self.veils.draw(triangles, opacity, tiles);
+    }
+
     /// Covers what may be ignored.
     pub fn close(&mut self, tiles: &mut TileBuffer) {
         let samples = self
@@ -106,14 +121,19 @@ impl Holes {
         for ((solid, &covered), &ignored) in samples {
             *solid = covered & !ignored;
         }
-        self.map.count(tiles.level(), &self.solid);
+        let Holes {
+            map, solid, veils, ..
+        } = self;
+        map.count_with(tiles.level(), solid, veils);
         self.close_cell(tiles, self.map.level_count() - 1, 0, 0);
     }
 
     /// Covers what may be ignored in a cell.
     fn close_cell(&mut self, tiles: &mut TileBuffer, level: usize, x: usize, y: usize) {
         let uncovered = self.map.uncovered(level, x, y);
-        if uncovered == 0 || uncovered == self.map.samples_of_cell(level, x, y) {
+        // Behind glass that lets nothing through there is something to cover as well.
+        let is_done = uncovered == 0 && self.veils.is_empty();
+        if is_done || uncovered == self.map.samples_of_cell(level, x, y) {
             return;
         }
         if uncovered <= self.thresholds.ignored(level) {
@@ -144,7 +164,7 @@ impl Holes {
         let tile = y * self.map.width_of_level(0) + x;
         let holes = samples & self.map.picture_mask(x, y) & !tiles.coverage()[tile];
         if holes != 0 {
-            tiles.cover(tile, holes);
+            tiles.cover(tile, holes, self.veils.farthest(tile));
             self.ignored[tile] |= holes;
             self.samples += u64::from(holes.count_ones());
         }

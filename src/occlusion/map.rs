@@ -4,6 +4,7 @@ use antumbra_simd::pyramid::{sum_2x2, uncovered};
 use antumbra_simd::{Level as LoopLevel, TILE_SIZE};
 
 use super::SampleRect;
+use super::veils::Veils;
 use crate::raster::TileBuffer;
 use crate::view::PictureSize;
 
@@ -61,12 +62,29 @@ impl OcclusionMap {
 
     /// The same of coverage masks.
     pub(super) fn count(&mut self, level_of_loops: LoopLevel, coverage: &[u64]) {
+        self.count_with(level_of_loops, coverage, &Veils::default());
+    }
+
+    /// The same, with samples counted by the light that comes through them.
+    pub(super) fn count_with(
+        &mut self,
+        level_of_loops: LoopLevel,
+        coverage: &[u64],
+        veils: &Veils,
+    ) {
         uncovered(
             level_of_loops,
             coverage,
             &self.picture,
             &mut self.levels[0].uncovered,
         );
+        if !veils.is_empty() {
+            let samples = coverage.iter().zip(&self.picture).enumerate();
+            let counts = self.levels[0].uncovered.iter_mut();
+            for (count, (tile, (covered, picture))) in counts.zip(samples) {
+                *count = veils.light_through(tile, picture & !covered);
+            }
+        }
         for level in 1..self.levels.len() {
             let (fine, coarse) = self.levels.split_at_mut(level);
             let fine = &fine[level - 1];

@@ -17,6 +17,7 @@ mod holes;
 mod map;
 mod overlap;
 mod projected_box;
+mod veils;
 
 pub use crate::scene::OrientedBox;
 pub use accuracy::{Accuracy, Approximation, Thresholds};

@@ -110,15 +110,20 @@ impl TileBuffer {
         self.inset = inset;
     }
 
-    /// Covers samples of a tile that are not, as far away as what is covered beside them: in the same part, or in the other one.
-    /// Where a tile has none, what is covered hides everything (HOM §6.4).
-    pub(crate) fn cover(&mut self, tile: usize, samples: u64) {
+    /// Covers samples of a tile that are not, as far away as what is covered beside them, in the same part or in the other one,
+    /// and no nearer than depths that are given for the parts. Where there is neither, what is covered hides everything (HOM §6.4).
+    pub(crate) fn cover(&mut self, tile: usize, samples: u64, farthest: [f32; PARTS_PER_TILE]) {
         let before = self.coverage[tile];
         self.coverage[tile] |= samples;
         let depths = &mut self.depths[tile];
         for part in 0..PARTS_PER_TILE {
             if before & PART_MASKS[part] == 0 {
                 depths[part] = depths[1 - part];
+            }
+        }
+        for part in 0..PARTS_PER_TILE {
+            if samples & PART_MASKS[part] != 0 && farthest[part] < depths[part] {
+                depths[part] = farthest[part];
             }
         }
     }

@@ -1,0 +1,105 @@
+//! Translucent occluders: panes of glass that together hide what one of them does not.
+
+use antumbra::glam::{DAffine3, DVec3};
+use antumbra::occlusion::{Accuracy, Approximation, Occluder, OcclusionBuffer};
+use antumbra::raster::{CullMode, Geometry, Positions};
+use antumbra::scene::Aabb;
+use antumbra::view::{Camera, MapScale, PictureSize, Projection};
+
+const WALL: [[f32; 3]; 4] = [
+    [-50.0, -50.0, 0.0],
+    [50.0, -50.0, 0.0],
+    [50.0, 50.0, 0.0],
+    [-50.0, 50.0, 0.0],
+];
+
+/// A buffer with panes at these distances, all of one opacity.
+fn behind_panes(
+    accuracy: Accuracy,
+    scale: MapScale,
+    distances: &[f64],
+    opacity: f32,
+) -> OcclusionBuffer {
+    let projection = Projection::Perspective {
+        fov_y: 1.0,
+        near: 0.1,
+        far: None,
+    };
+    let camera =
+        Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, projection).expect("a camera");
+    let size = PictureSize::new(203, 157).expect("a size");
+    let mut buffer = OcclusionBuffer::with_map_scale(size, camera, scale);
+    buffer.set_accuracy(accuracy);
+    for &distance in distances {
+        let pane = Occluder {
+            geometry: Geometry::new(Positions::packed(&WALL), &[0, 1, 2, 0, 2, 3]).expect("a quad"),
+            world_from_local: DAffine3::from_translation(DVec3::new(0.0, 0.0, -distance)),
+            cull_mode: CullMode::None,
+        };
+        buffer.draw_translucent(&pane, opacity);
+    }
+    buffer.finish();
+    buffer
+}
+
+fn hides_cube_at(buffer: &OcclusionBuffer, distance: f64) -> bool {
+    let middle = DVec3::new(0.0, 0.0, -distance);
+    let half = DVec3::splat(0.4);
+    let cube = Aabb {
+        min: middle - half,
+        max: middle + half,
+    };
+    buffer.test_aabb(&cube).is_hidden()
+}
+
+/// A tile is opaque if no more than a quarter of its pixels are uncovered here; what panes let through counts as so many.
+#[test]
+fn panes_hide_together_what_they_do_not_hide_alone() {
+    let accuracy = Accuracy::Approximate(Approximation::promise(64));
+    for scale in [MapScale::Full, MapScale::Half] {
+        for (opacity, least) in [(1.0, 1), (0.8, 1), (0.6, 2), (0.45, 3), (0.3, 4), (0.1, 14)] {
+            for count in 1..=20 {
+                let distances: Vec<f64> = (0..count).map(|i| 5.0 + 0.1 * f64::from(i)).collect();
+                let buffer = behind_panes(accuracy, scale, &distances, opacity);
+                let hides = hides_cube_at(&buffer, 20.0);
+                if scale == MapScale::Full {
+                    assert_eq!(hides, count >= least, "{count} panes of {opacity}");
+                } else {
+                    // Its cells have fewer samples, and what is ignored in them is rounded down.
+                    assert!(!hides || count >= least, "{count} panes of {opacity}");
+                }
+                assert!(!hides_cube_at(&buffer, 3.0), "nothing is before it");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_stands_between_panes_is_not_hidden() {
+    let accuracy = Accuracy::Approximate(Approximation::default());
+    let buffer = behind_panes(accuracy, MapScale::Full, &[5.0, 15.0], 0.9);
+    assert!(hides_cube_at(&buffer, 20.0));
+    assert!(!hides_cube_at(&buffer, 10.0));
+}
+
+/// The next frame begins without them.
+#[test]
+fn panes_are_forgotten_with_the_rest() {
+    let accuracy = Accuracy::Approximate(Approximation::default());
+    let mut buffer = behind_panes(accuracy, MapScale::Full, &[5.0], 0.9);
+    assert!(hides_cube_at(&buffer, 20.0));
+    let camera = *buffer.screen().camera();
+    buffer.clear(&camera);
+    buffer.finish();
+    assert!(!hides_cube_at(&buffer, 20.0));
+}
+
+#[test]
+fn where_nothing_is_lost_glass_hides_nothing() {
+    let nothing = Accuracy::Approximate(Approximation::of_hole(0));
+    for accuracy in [Accuracy::Exact, nothing] {
+        let buffer = behind_panes(accuracy, MapScale::Full, &[5.0, 6.0, 7.0], 1.0);
+        assert!(!hides_cube_at(&buffer, 20.0));
+        assert_eq!(buffer.ignored_pixels(), 0);
+    }
+}

@@ -52,6 +52,10 @@ pub struct CullOptions {
     #[arg(long, value_name = "SHARE", default_value_t = Approximation::default().transparency, value_parser = parse_transparency)]
     pub transparency: f64,
 
+    /// With approximate accuracy: translucent surfaces are occluders too, whose opacities combine
+    #[arg(long)]
+    pub translucent: bool,
+
     /// Pixels of the picture along the edge of an occlusion map's pixel: 1, 2 or 4 [default: 1; with approximate accuracy 4]
     #[arg(long, value_name = "SCALE")]
     pub map_scale: Option<MapScale>,
@@ -156,6 +160,7 @@ impl CullOptions {
         };
         Ok(Settings {
             accuracy,
+            translucent: self.translucent,
             map_scale,
             threads: self.threads.map_or(0, usize::from),
             level,

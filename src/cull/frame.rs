@@ -12,6 +12,7 @@ use super::draw::{
 use super::marks::Marks;
 use super::sampled::seen_nearby;
 use super::test::{Kept, LookMemory, NOT_LOOKED_AT, TestMemory, look_closely, not_hidden};
+use super::translucent::draw_translucent;
 use super::traverse::{
     self, FrustumMemory, TraverseMemory, hide_subtrees, not_hidden_among, not_hidden_so_far,
 };
@@ -157,6 +158,11 @@ impl Frame<'_> {
         found: &mut VisibleSet,
     ) {
         let mut clock = Clock::go_on(found);
+        if self.settings.translucent && !self.settings.accuracy.is_exact() {
+            self.tasks
+                .alone(Work::Fill, || draw_translucent(self, buffer));
+            clock.lap(|times| &mut times.raster);
+        }
         if self.is_by_contribution() {
             self.by_contribution(buffer, remembered, memory, found, &mut clock);
         } else {

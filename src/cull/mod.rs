@@ -29,6 +29,7 @@ mod seen;
 mod staged;
 mod statistics;
 mod test;
+mod translucent;
 mod traverse;
 mod two_passes;
 mod waiting;
@@ -68,6 +69,9 @@ pub struct Settings {
     pub size: PictureSize,
     /// What may be lost.
     pub accuracy: Accuracy,
+    /// Whether translucent surfaces are occluders too, where something may be lost: see
+    /// [`OcclusionBuffer::draw_translucent`]. Exact frames ignore them.
+    pub translucent: bool,
     /// How much coarser than the picture the occlusion map is.
     pub map_scale: MapScale,
     /// What is kept of the occluders' depth. With another representation than the default one a frame is HOM's two passes
@@ -99,6 +103,7 @@ impl Settings {
         Settings {
             size,
             accuracy: Accuracy::Exact,
+            translucent: false,
             map_scale: MapScale::Full,
             depth: DepthRepresentation::default(),
             occluders: Selection::default(),

@@ -10,7 +10,7 @@ use crate::occluders::{Contributions, Selection};
 use crate::prepare::{
     ClusterId, ClusteredMesh, ClusteredScene, OccluderFitness, Prepared, StaticCriteria,
 };
-use crate::scene::{Object, Scene};
+use crate::scene::{Alpha, Object, Scene};
 
 /// A scene's occluders, ready to be drawn.
 #[derive(Debug)]
@@ -22,6 +22,8 @@ pub struct Occluders {
     is_all: Vec<bool>,
     /// The objects that are never culled.
     never_culled: Vec<u32>,
+    /// Those with a translucent surface.
+    translucent: Vec<u32>,
     /// What of them is worth drawing, once somebody wants to know.
     fitness: OnceLock<OccluderFitness>,
 }
@@ -41,8 +43,14 @@ impl Occluders {
                 && surfaces.iter().all(|surface| surface.material.occludes())
         };
         let objects = (0..).zip(scene.objects());
-        let never_culled = objects.filter(|(_, object)| object.never_cull);
+        let never_culled = objects.clone().filter(|(_, object)| object.never_cull);
+        let is_translucent = |object: &Object| {
+            let mut surfaces = scene.meshes()[object.mesh].surfaces.iter();
+            !object.never_occlude && surfaces.any(|s| s.material.alpha == Alpha::Blend)
+        };
+        let translucent = objects.filter(|(_, object)| is_translucent(object));
         Occluders {
+            translucent: translucent.map(|(number, _)| number).collect(),
             never_culled: never_culled.map(|(number, _)| number).collect(),
             is_all: scene.objects().iter().map(is_all).collect(),
             triangles: scene.objects().iter().map(triangles).collect(),
@@ -97,6 +105,11 @@ impl Occluders {
     /// The objects that are never culled, in scene order.
     pub fn never_culled(&self) -> &[u32] {
         &self.never_culled
+    }
+
+    /// The objects that have a translucent surface and may occlude, in scene order.
+    pub fn translucent(&self) -> &[u32] {
+        &self.translucent
     }
 
     /// The clusters of all of them.

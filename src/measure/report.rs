@@ -49,6 +49,8 @@ pub struct SettingsReport {
     pub distribution: Option<f64>,
     /// The base level's transparency threshold, or null if exact.
     pub transparency: Option<f64>,
+    /// Whether translucent surfaces are occluders.
+    pub translucent: bool,
     /// How occluders are selected.
     pub occluders: String,
     /// Occluder triangles, or `all`.

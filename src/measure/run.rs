@@ -89,6 +89,7 @@ fn describe(culler: &Culler, settings: &MeasureSettings) -> SettingsReport {
     let Settings {
         size,
         accuracy,
+        translucent,
         map_scale,
         depth,
         occluders,
@@ -110,6 +111,7 @@ fn describe(culler: &Culler, settings: &MeasureSettings) -> SettingsReport {
         base_level: approximation.map(|a| a.base_level),
         distribution: approximation.map(|a| a.distribution),
         transparency: approximation.map(|a| a.transparency),
+        translucent: translucent && approximation.is_some(),
         occluders: occluders.to_string(),
         budget: budget.to_string(),
         static_criteria: static_criteria.to_string(),

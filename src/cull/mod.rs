@@ -348,7 +348,7 @@ impl Culler {
         if let Some(buffer) = &self.state.buffer {
             let bounds = self.state.scene.bounds();
             let visible = visible.visible.iter();
-            // What is visible by a closer question may be hidden by its world box alone: only drawn since.
+            // What was taken for visible, or is never culled, may be hidden all the same.
             let level = |&object: &u32| buffer.test_aabb(&bounds[object as usize]).level();
             levels.extend(visible.map(level).map(|level| level.max(0.5 / 8.0)));
         }

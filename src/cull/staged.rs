@@ -37,44 +37,39 @@ impl Culler {
     /// First stage: begins a frame, and selects the occluders that it draws.
     pub(crate) fn select_staged(&self, staged: &mut StagedFrame, remembered: &mut Remembered) {
         staged.found.times = StageTimes::default();
-        let frame = self.frame_for(&staged.found);
-        let StagedFrame {
-            camera,
-            found,
-            buffer,
-            memory,
-            ..
-        } = staged;
-        frame.select(camera, buffer, remembered, memory, found);
-        staged.stage_times[0] = staged.found.times.total();
+        self.stage(0, staged, |frame, staged| {
+            let (camera, buffer) = (&staged.camera, &mut staged.buffer);
+            let (memory, found) = (&mut staged.memory, &mut staged.found);
+            frame.select(camera, buffer, remembered, memory, found);
+        });
     }
 
     /// Second stage: draws them.
     pub(crate) fn draw_staged(&self, staged: &mut StagedFrame, remembered: &mut Remembered) {
-        let before = staged.found.times.total();
-        let frame = self.frame_for(&staged.found);
-        let StagedFrame {
-            found,
-            buffer,
-            memory,
-            ..
-        } = staged;
-        frame.draw(buffer, remembered, memory, found);
-        staged.stage_times[1] = staged.found.times.total() - before;
+        self.stage(1, staged, |frame, staged| {
+            let (memory, found) = (&mut staged.memory, &mut staged.found);
+            frame.draw(&mut staged.buffer, remembered, memory, found);
+        });
     }
 
     /// Third stage: finds what the camera may see past them.
     pub(crate) fn ask_staged(&self, staged: &mut StagedFrame, remembered: &mut Remembered) {
+        self.stage(2, staged, |frame, staged| {
+            let (memory, found) = (&mut staged.memory, &mut staged.found);
+            frame.ask(&mut staged.buffer, remembered, memory, found);
+        });
+    }
+
+    /// Does a stage, and notes how long it took.
+    fn stage(
+        &self,
+        number: usize,
+        staged: &mut StagedFrame,
+        of_frame: impl FnOnce(&Frame<'_>, &mut StagedFrame),
+    ) {
         let before = staged.found.times.total();
-        let frame = self.frame_for(&staged.found);
-        let StagedFrame {
-            found,
-            buffer,
-            memory,
-            ..
-        } = staged;
-        frame.ask(buffer, remembered, memory, found);
-        staged.stage_times[2] = staged.found.times.total() - before;
+        of_frame(&self.frame_for(&staged.found), staged);
+        staged.stage_times[number] = staged.found.times.total() - before;
     }
 
     /// A frame whose time ends when the budget is spent, if there is one: the time that it waits between stages does not count.

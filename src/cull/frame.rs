@@ -422,7 +422,7 @@ impl Frame<'_> {
             not_hidden(self, objects, buffer, &mut memory.test, visible);
             kept.retain(|kept| visible.binary_search(&kept.object).is_ok());
         }
-        seen.note(self.subtrees, undecided, kept);
+        seen.note(self.scene.bvh(), undecided, kept);
         if is_cut_short {
             contributions.keep_untried();
         }

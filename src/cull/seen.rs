@@ -5,9 +5,8 @@
 //! asked at once. (HOM §7.4: temporal coherence.)
 
 use super::test::{Kept, MANY};
-use super::traverse::Subtrees;
 use crate::occlusion::Footprint;
-use crate::scene::Scene;
+use crate::scene::{Bvh, Scene};
 
 /// The longest that an object which shows at many samples is taken for visible, in frames. One that shows at fewer is asked again
 /// after a third of that.
@@ -85,7 +84,7 @@ impl Seen {
     }
 
     /// Notes which objects were not hidden by their boxes' rectangles, and which are visible.
-    pub fn note(&mut self, subtrees: &Subtrees, undecided: &[(u32, Footprint)], visible: &[Kept]) {
+    pub fn note(&mut self, bvh: &Bvh, undecided: &[(u32, Footprint)], visible: &[Kept]) {
         self.judge_trust(undecided, visible);
         let long = self.trust;
         for kept in visible {
@@ -102,10 +101,10 @@ impl Seen {
             self.frame_of[kept.object as usize] = self.frame;
         }
         for &(object, _) in undecided {
-            let mut node = subtrees.leaf_of(object);
+            let mut node = bvh.leaf_of(object);
             while self.open_in[node as usize] != self.frame {
                 self.open_in[node as usize] = self.frame;
-                node = subtrees.parent_of(node);
+                node = bvh.parent_of(node);
             }
         }
     }

@@ -23,9 +23,11 @@ mod gaps;
 mod marks;
 mod occluders;
 mod recall;
+mod reuse;
 mod rounds;
 mod sampled;
 mod seen;
+mod skips;
 mod staged;
 mod statistics;
 mod test;
@@ -55,6 +57,7 @@ use crate::view::{Camera, Frustum, MapScale, PictureSize};
 
 use clusters::ClusterWalk;
 use occluders::Occluders;
+use reuse::Region;
 use seen::Seen;
 pub(crate) use staged::StagedFrame;
 use traverse::{FrustumMemory, Subtrees};
@@ -63,6 +66,7 @@ use world::World;
 
 pub use antumbra_simd::{Level, LevelUnavailable};
 pub use appearances::Appearances;
+pub use skips::{Skip, Skips};
 pub use statistics::{StageTimes, Statistics};
 
 /// How to cull.
@@ -98,6 +102,10 @@ pub struct Settings {
     pub threads: usize,
     /// The instruction set.
     pub level: Level,
+    /// Whether a frame takes from the last one's answer what still holds: all of it where neither the camera nor the scene has
+    /// changed, and all but what they touch where a few objects have moved. (The latter only if occluders are chosen by
+    /// contribution, and nothing may be lost.) A budget of time has every frame find out everything.
+    pub reuse: bool,
 }
 
 impl Settings {
@@ -117,6 +125,7 @@ impl Settings {
             most_passes: u32::MAX,
             threads: 0,
             level: Level::best(),
+            reuse: true,
         }
     }
 }
@@ -166,6 +175,8 @@ struct Frame<'a> {
     tasks: Tasks<'a>,
     /// When no more occluders are to be drawn, if that depends on the time.
     ends: Option<Instant>,
+    /// What is to be found out again, if the rest is known from the last frame.
+    region: Option<Region>,
 }
 
 impl Frame<'_> {
@@ -337,11 +348,13 @@ impl Culler {
 
     /// Goes back to what an earlier frame knew of those before it.
     pub fn recall(&mut self, remembered: &Remembered) {
+        self.view.forget_answer();
         self.view.remembered.clone_from(remembered);
     }
 
     /// Forgets all frames.
     pub fn forget(&mut self) {
+        self.view.forget_answer();
         self.view.remembered.clear();
     }
 

@@ -364,6 +364,7 @@ impl Look {
             let (index, footprint) = (self.asked[i], self.footprints[i]);
             // What is nowhere on the screen is nobody's question. Of what reaches the near plane the frustum has to say so.
             let is_outside = match footprint {
+                _ if { frame.region }.is_some_and(|region| region.misses(footprint)) => true,
                 Footprint::Nowhere => true,
                 Footprint::Within(_) => false,
                 Footprint::Unbounded => {
@@ -410,6 +411,7 @@ impl Look {
         let asked = self.objects.iter().zip(&self.footprints);
         let undecided = asked.filter(|&(object, &footprint)| {
             footprint != Footprint::Nowhere
+                && !{ frame.region }.is_some_and(|region| region.misses(footprint))
                 && (seen.is_trusted(*object) || !buffer.hides(footprint))
                 && frustum.contains(bounds(object), Planes::ALL) != Containment::Outside
         });

@@ -1,5 +1,6 @@
 //! What all frames share: the scene, where its objects are now, and what is known of it before any frame.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use rayon::ThreadPool;
@@ -8,7 +9,7 @@ use super::occluders::Occluders;
 use super::traverse::Subtrees;
 use super::{Frame, Settings};
 use crate::prepare::{Prepared, VisibilityGrid, VisibilityGridError};
-use crate::scene::{Move, Moved, Scene, SceneError};
+use crate::scene::{Aabb, Move, Moved, Scene, SceneError};
 use crate::tasks::Tasks;
 
 /// A scene, ready to be culled.
@@ -20,6 +21,48 @@ pub struct World {
     visibility_grid: Option<Arc<VisibilityGrid>>,
     /// Objects that stand out, in scene order, and how much.
     salient: Vec<(u32, f32)>,
+    pub changes: Changes,
+}
+
+/// So many moves of objects are noted. Who has missed more has to look at everything again.
+const MOST_NOTED: usize = 64;
+
+/// What has changed in the world, so that each view can find out what has since its last frame.
+#[derive(Clone, Debug, Default)]
+pub struct Changes {
+    /// How many changes there were.
+    count: u64,
+    /// The last of them, as far as they were moves of objects: which, and the box that it had.
+    moves: VecDeque<(u32, Aabb)>,
+}
+
+impl Changes {
+    /// How many changes there were so far.
+    pub fn count(&self) -> u64 {
+        self.count
+    }
+
+    /// The moves since there were `before` changes: objects, and the boxes they had; none if something else has changed, or too much.
+    pub fn since(&self, before: u64) -> Option<impl Iterator<Item = &(u32, Aabb)> + Clone> {
+        let missed = usize::try_from(self.count - before).ok()?;
+        let noted = self.moves.len();
+        (missed <= noted).then(|| self.moves.range(noted - missed..))
+    }
+
+    /// Notes that an object has left a box.
+    fn note(&mut self, object: u32, bounds: Aabb) {
+        self.count += 1;
+        if self.moves.len() == MOST_NOTED {
+            self.moves.pop_front();
+        }
+        self.moves.push_back((object, bounds));
+    }
+
+    /// Notes that something else has changed.
+    fn note_all(&mut self) {
+        self.count += 1;
+        self.moves.clear();
+    }
 }
 
 impl World {
@@ -32,6 +75,7 @@ impl World {
             occluders: Arc::new(Occluders::new(prepared)),
             visibility_grid: prepared.visibility_grid().cloned(),
             salient: Vec::new(),
+            changes: Changes::default(),
         }
     }
 
@@ -51,6 +95,7 @@ impl World {
             settings,
             tasks,
             ends: None,
+            region: None,
         }
     }
 
@@ -64,6 +109,7 @@ impl World {
         &mut self,
         grid: Arc<VisibilityGrid>,
     ) -> Result<(), VisibilityGridError> {
+        self.changes.note_all();
         self.visibility_grid = None;
         grid.check_scene(&self.scene, self.occluders.clusters())?;
         self.visibility_grid = Some(grid);
@@ -73,6 +119,7 @@ impl World {
     /// Says how much an object stands out.
     pub fn set_salience(&mut self, object: u32, salience: f32) {
         assert!((object as usize) < self.scene.objects().len());
+        self.changes.note_all();
         let salient = &mut self.salient;
         let place = salient.binary_search_by_key(&object, |&(object, _)| object);
         match place {
@@ -89,8 +136,12 @@ impl World {
     pub fn move_objects(&mut self, moves: &[Move]) -> Result<(), SceneError> {
         self.scene.check_moves(moves)?;
         let scene = Arc::make_mut(&mut self.scene);
+        for &Move { object, .. } in moves {
+            self.changes.note(object, scene.bounds()[object as usize]);
+        }
         if scene.apply(moves) == Moved::Rebuilt {
             self.subtrees = Arc::new(Subtrees::new(scene));
+            self.changes.note_all();
         }
         Ok(())
     }

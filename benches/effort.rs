@@ -16,6 +16,7 @@ use antumbra::cull::{Culler, Effort, Settings, Skip, VisibleSet};
 use antumbra::glam::{DAffine3, DVec3};
 use antumbra::occlusion::{Footprint, Screen};
 use antumbra::scene::Move;
+use antumbra::view::Camera;
 use antumbra_fixtures::Kind;
 use common::{Stage, settings};
 
@@ -125,7 +126,9 @@ fn door(name: &str, stage: &Stage) {
     let mut all = [Duration::ZERO; 2];
     for camera in &stage.cameras {
         let cull = |(culler, found): &mut (Culler, VisibleSet)| culler.cull_into(camera, found);
-        state.iter_mut().for_each(cull);
+        for (culler, found) in &mut state {
+            arrive(culler, camera, found);
+        }
         let screen = Screen::new(*camera, settings().size);
         let share_of =
             |object: u32| match screen.footprint_of_aabb(&stage.scene.bounds()[object as usize]) {
@@ -187,6 +190,16 @@ fn door(name: &str, stage: &Stage) {
         "                | {doors} objects, which touch {:.2} % of the picture on average",
         touched / f64::from(doors.max(1)) * 100.0
     );
+}
+
+/// Walks up to a camera, so that no more is remembered than frames there need.
+fn arrive(culler: &mut Culler, camera: &Camera, found: &mut VisibleSet) {
+    for step in (0..80).rev() {
+        let back = camera.forward() * (f64::from(step) * -1e-3);
+        let (eye, target) = (camera.eye() + back, camera.eye() + camera.forward());
+        let near = Camera::look_at(eye, target, camera.up(), *camera.projection());
+        culler.cull_into(&near.expect("a camera"), found);
+    }
 }
 
 /// A turn about an upright line.

@@ -167,8 +167,7 @@ impl Frame<'_> {
         let mut clock = Clock::go_on(found);
         if memory.selected == Selected::Nothing {
             self.tasks.alone(Work::Finish, || buffer.finish());
-            found.visible.clear();
-            found.visible.extend_from_slice(&memory.in_frustum);
+            std::mem::swap(&mut found.visible, &mut memory.in_frustum);
             return clock.end(found);
         }
         if self.settings.translucent && !self.settings.accuracy.is_exact() {

@@ -422,7 +422,9 @@ impl Look {
         self.asked.clear();
         for i in 0..self.level.len() {
             let index = self.level[i];
-            if seen.is_some_and(|seen| seen.was_open(index)) {
+            // Of a part of a frame most nodes are out of the way.
+            let is_whole = frame.region.is_none();
+            if is_whole && seen.is_some_and(|seen| seen.was_open(index)) {
                 self.go_below(frame, seen, index);
             } else {
                 self.asked.push(index);

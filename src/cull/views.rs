@@ -5,7 +5,7 @@ use std::time::Instant;
 use super::frame::Memory;
 use super::reuse::Region;
 use super::world::World;
-use super::{Frame, Remembered, Settings, VisibleSet};
+use super::{Frame, Remembered, Settings, Skip, VisibleSet};
 use crate::occluders::{Budget, Contributions};
 use crate::occlusion::OcclusionBuffer;
 use crate::tasks::Tasks;
@@ -30,7 +30,12 @@ struct Last {
     changes: u64,
     visible: Vec<u32>,
     ignored_pixels: u64,
+    /// How many frames there were in part since the last whole one.
+    parts: u32,
 }
+
+/// After so many frames in part comes a whole one: it forgets what is not needed any more, and asks about everything.
+const MOST_PARTS: u32 = 64;
 
 impl View {
     /// A view that remembers nothing.
@@ -93,7 +98,9 @@ impl View {
             let now = moved.iter().map(|&object| &bounds[object as usize]);
             let before = moves.map(|(_, bounds)| bounds);
             let region = Region::around(buffer.screen(), before.chain(now));
-            if let Some(region) = region.filter(|_| frame.can_be_in_part()) {
+            if let Some(region) =
+                region.filter(|_| frame.can_be_in_part() && last.parts < MOST_PARTS)
+            {
                 frame.run_in_part(
                     region,
                     (&last.visible, moved),
@@ -116,8 +123,14 @@ impl View {
             changes: 0,
             visible: Vec::new(),
             ignored_pixels: 0,
+            parts: 0,
         });
         last.camera = *camera;
+        last.parts = if found.statistics.skipped.has(Skip::Elsewhere) {
+            last.parts + 1
+        } else {
+            0
+        };
         last.changes = world.changes.count();
         last.visible.clone_from(&found.visible);
         last.ignored_pixels = found.statistics.ignored_pixels;

@@ -37,7 +37,7 @@ mod waiting;
 use std::sync::Arc;
 use std::time::Instant;
 
-use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
+use rayon::ThreadPoolBuildError;
 
 use crate::occluders::{
     Budget, Contributions, DrawnCluster, FramesBack, LastFrame, Selection, Weighing,
@@ -49,6 +49,7 @@ use crate::prepare::{
 };
 use crate::scene::Scene;
 use crate::tasks::{Record, Stage, Tasks, stay_awake};
+use crate::threads::Threads;
 use crate::view::{Camera, Frustum, MapScale, PictureSize};
 
 use clusters::ClusterWalk;
@@ -136,7 +137,7 @@ pub struct VisibleSet {
 #[derive(Debug)]
 pub struct Culler {
     /// None for one thread: the caller's own does it all.
-    pool: Option<ThreadPool>,
+    threads: Option<Threads>,
     state: State,
 }
 
@@ -209,11 +210,9 @@ impl Culler {
     /// # Errors
     /// If the operating system gives no threads.
     pub fn new(scene: Arc<Scene>, settings: Settings) -> Result<Culler, ThreadPoolBuildError> {
-        let pool = ThreadPoolBuilder::new()
-            .num_threads(settings.threads)
-            .build()?;
-        let prepared = pool.install(|| Prepared::new(scene));
-        Ok(Culler::of_prepared(pool, &prepared, settings))
+        let threads = Threads::new(settings.threads)?;
+        let prepared = threads.install(|| Prepared::new(scene));
+        Ok(Culler::of_prepared(threads, &prepared, settings))
     }
 
     /// A culler for a scene that has been prepared.
@@ -224,18 +223,16 @@ impl Culler {
         prepared: &Prepared,
         settings: Settings,
     ) -> Result<Culler, ThreadPoolBuildError> {
-        let pool = ThreadPoolBuilder::new()
-            .num_threads(settings.threads)
-            .build()?;
-        Ok(Culler::of_prepared(pool, prepared, settings))
+        let threads = Threads::new(settings.threads)?;
+        Ok(Culler::of_prepared(threads, prepared, settings))
     }
 
-    fn of_prepared(pool: ThreadPool, prepared: &Prepared, settings: Settings) -> Culler {
+    fn of_prepared(threads: Threads, prepared: &Prepared, settings: Settings) -> Culler {
         let scene = prepared.scene().clone();
         let occluders = Arc::new(Occluders::new(prepared));
         let subtrees = Arc::new(Subtrees::new(&scene));
         let grid = prepared.visibility_grid().cloned();
-        let mut culler = Culler::prepared(pool, scene, settings, occluders, subtrees);
+        let mut culler = Culler::prepared(threads, scene, settings, occluders, subtrees);
         culler.state.visibility_grid = grid;
         culler
     }
@@ -245,9 +242,7 @@ impl Culler {
     /// # Errors
     /// If the operating system gives no threads.
     pub fn another(&self, settings: Settings) -> Result<Culler, ThreadPoolBuildError> {
-        let pool = ThreadPoolBuilder::new()
-            .num_threads(settings.threads)
-            .build()?;
+        let threads = Threads::new(settings.threads)?;
         let State {
             scene,
             occluders,
@@ -256,7 +251,7 @@ impl Culler {
             ..
         } = &self.state;
         let (scene, occluders) = (scene.clone(), occluders.clone());
-        let mut another = Culler::prepared(pool, scene, settings, occluders, subtrees.clone());
+        let mut another = Culler::prepared(threads, scene, settings, occluders, subtrees.clone());
         another.state.visibility_grid.clone_from(visibility_grid);
         Ok(another)
     }
@@ -288,15 +283,15 @@ impl Culler {
     }
 
     fn prepared(
-        pool: ThreadPool,
+        threads: Threads,
         scene: Arc<Scene>,
         settings: Settings,
         occluders: Arc<Occluders>,
         subtrees: Arc<Subtrees>,
     ) -> Culler {
-        occluders.prepare_for(&scene, &settings, &pool);
+        occluders.prepare_for(&scene, &settings, &threads);
         Culler {
-            pool: (pool.current_num_threads() > 1).then_some(pool),
+            threads: (threads.current_num_threads() > 1).then_some(threads),
             state: State {
                 subtrees,
                 scene,
@@ -356,9 +351,9 @@ impl Culler {
 
     /// How many threads are used.
     pub fn threads(&self) -> usize {
-        self.pool
+        self.threads
             .as_ref()
-            .map_or(1, ThreadPool::current_num_threads)
+            .map_or(1, |threads| threads.current_num_threads())
     }
 
     /// What the last frame drew; none before the first.
@@ -405,11 +400,11 @@ impl Culler {
     pub fn cull_behind(&mut self, camera: &Camera, clusters: &[ClusterId], found: &mut VisibleSet) {
         let mut given = self.state.occluders.remembered(&self.state.scene, clusters);
         let state = &mut self.state;
-        match &self.pool {
+        match &self.threads {
             None => state.frame_behind(Tasks::ALONE, camera, &mut given, found),
-            Some(pool) => {
-                let tasks = Tasks::shared(pool.current_num_threads());
-                pool.install(|| {
+            Some(threads) => {
+                let tasks = Tasks::shared(threads.current_num_threads());
+                threads.install(|| {
                     stay_awake(|| state.frame_behind(tasks, camera, &mut given, found));
                 });
             }
@@ -427,11 +422,11 @@ impl Culler {
     /// allocates.
     pub fn cull_into(&mut self, camera: &Camera, found: &mut VisibleSet) {
         let state = &mut self.state;
-        match &self.pool {
+        match &self.threads {
             None => state.frame(Tasks::ALONE, camera, found),
-            Some(pool) => {
-                let tasks = Tasks::shared(pool.current_num_threads());
-                pool.install(|| stay_awake(|| state.frame(tasks, camera, found)));
+            Some(threads) => {
+                let tasks = Tasks::shared(threads.current_num_threads());
+                threads.install(|| stay_awake(|| state.frame(tasks, camera, found)));
             }
         }
     }

@@ -12,7 +12,7 @@
  *
  * Errors
  *   A function that can fail returns an AntumbraStatus; antumbra_last_error has a sentence about it. Whatever a program hands over
- *   of numbers, indices, sizes and NULL ends in an error, and leaves everything as it was. A pointer that must not be NULL and is
+ *   of numbers, indices, sizes and NULL ends in an error and, unless another thing is said, leaves all as it was. A pointer that must not be NULL and is
  *   ends in ANTUMBRA_ERROR_NULL_POINTER; which may be NULL is said. Nothing unwinds into the caller. What cannot be checked and
  *   is asked of the caller: pointers point to as much memory as is said, of their type and aligned to it; a handle is used after
  *   its creation and before its destruction; places for results do not overlap anything else of the call. If there is no memory left,
@@ -398,7 +398,8 @@ typedef struct AntumbraScene AntumbraScene;
 typedef struct AntumbraSceneBuilder AntumbraSceneBuilder;
 
 /**
- * A projection, symmetric about the view. The picture's size gives the proportions. Distances are in scene units along the view.
+ * A projection, symmetric about the view: a picture that is moved by parts of a pixel has to be culled without. The picture's size gives
+ * the proportions. Distances are in scene units along the view.
  */
 typedef struct {
     /**
@@ -413,11 +414,11 @@ typedef struct {
     /**
      * Distance of the near plane: above 0 where the projection is perspective.
      */
-    double near;
+    double near_plane;
     /**
      * Distance of the far plane, beyond the near one; INFINITY if there is none.
      */
-    double far;
+    double far_plane;
 } AntumbraProjection;
 
 /**

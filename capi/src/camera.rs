@@ -31,7 +31,8 @@ const KINDS: [(u32, Kind); 2] = [
     (ANTUMBRA_ORTHOGRAPHIC as u32, Kind::Orthographic),
 ];
 
-/// A projection, symmetric about the view. The picture's size gives the proportions. Distances are in scene units along the view.
+/// A projection, symmetric about the view: a picture that is moved by parts of a pixel has to be culled without. The picture's size gives
+/// the proportions. Distances are in scene units along the view.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct AntumbraProjection {
@@ -41,9 +42,9 @@ pub struct AntumbraProjection {
     /// what the picture shows, in scene units.
     pub fov_y_or_height: f64,
     /// Distance of the near plane: above 0 where the projection is perspective.
-    pub near: f64,
+    pub near_plane: f64,
     /// Distance of the far plane, beyond the near one; INFINITY if there is none.
-    pub far: f64,
+    pub far_plane: f64,
 }
 
 /// A camera. antumbra_camera_look_at and antumbra_camera_from_view make one. Its axes are unit vectors at right angles, by 1e-6 at the most;
@@ -71,9 +72,9 @@ impl From<ViewError> for Error {
 
 impl AntumbraProjection {
     fn checked(&self) -> Result<Projection, Error> {
-        let near = self.near;
+        let near = self.near_plane;
         // Of a NaN, the camera says what is wrong.
-        let far = (self.far != f64::INFINITY).then_some(self.far);
+        let far = (self.far_plane != f64::INFINITY).then_some(self.far_plane);
         Ok(match chosen(self.kind, &KINDS, "the projection's kind")? {
             Kind::Perspective => Projection::Perspective {
                 fov_y: self.fov_y_or_height,
@@ -96,8 +97,8 @@ impl AntumbraProjection {
         AntumbraProjection {
             kind: kind as u32,
             fov_y_or_height,
-            near: projection.near(),
-            far: projection.far().unwrap_or(f64::INFINITY),
+            near_plane: projection.near(),
+            far_plane: projection.far().unwrap_or(f64::INFINITY),
         }
     }
 }

@@ -23,10 +23,10 @@
  *   needed when the call returns. What a function gives as a pointer to const belongs to its handle, as long as is said there.
  *
  * Threads
- *   There is no global state, but for the last error, which is the thread's own. Different handles are independent. Of one handle, calls
- *   that take it as const may run at the same time on any number of threads; a call that takes it as not const needs it for itself, and
- *   two calls that collide are told so (ANTUMBRA_ERROR_BUSY): nobody waits. A handle may go from thread to thread. To destroy it, or to
- *   read a list that belongs to it while another call changes it, is up to the caller.
+ *   Handles have nothing in common, and the last error is each thread's own. Of one handle, calls that take it as const may run at
+ *   the same time on any number of threads; a call that takes it as not const needs it for itself, and two calls that collide are
+ *   told so (ANTUMBRA_ERROR_BUSY): nobody waits. A handle may go from thread to thread. Not to destroy a handle while it is in use, and
+ *   not to read a list that belongs to it while another call changes it, is up to the caller.
  *
  * The same calls give the same answers on every machine, at every level, for any number of threads, unless a budget of time is set.
  *
@@ -518,7 +518,7 @@ typedef struct {
     /**
      * sizeof(AntumbraSettings), set by antumbra_settings_init.
      */
-    size_t struct_size;
+    uint64_t struct_size;
     /**
      * Of the picture, in pixels: from 1 to 16384, any number.
      */
@@ -587,7 +587,8 @@ typedef struct {
      */
     uint32_t nth;
     /**
-     * Threads to use, the caller's among them; 0 for as many as the machine runs at once. The visible set is the same for any number.
+     * Threads to use: 1 is the caller's own; several are the culler's, and the caller waits for them; 0 for as many as the machine runs at
+     * once, up to 1024. The visible set is the same for any number.
      */
     uint32_t threads;
     /**

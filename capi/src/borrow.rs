@@ -1,4 +1,4 @@
-//! Lists and strings of C, whose length only C knows: all unsafe code of the interface.
+//! What C alone can vouch for: how long lists and strings are, and that a handle is one. All unsafe code of the interface.
 
 use std::ffi::{CStr, c_char};
 use std::mem::MaybeUninit;

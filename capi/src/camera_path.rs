@@ -8,11 +8,14 @@ use antumbra::view::{CameraPath, PathError};
 use crate::arguments::{empty, required};
 use crate::borrow::path;
 use crate::camera::AntumbraCamera;
+use crate::handle::is_shared_by_threads;
 use crate::status::AntumbraStatus::{ANTUMBRA_ERROR_FILE, ANTUMBRA_ERROR_IO};
 use crate::status::{AntumbraStatus, Error, guard};
 
 /// The cameras of consecutive frames, from a file. It never changes: any number of threads may use it at once.
 pub struct AntumbraCameraPath(CameraPath);
+
+const _: () = is_shared_by_threads::<AntumbraCameraPath>();
 
 /// Reads a camera path as the antumbra command takes it: JSON with "fov_y_degrees" (or "height" for an orthographic view), "near", "far"
 /// (may be left out: infinite) and "frames" of "eye", "target" and "up".

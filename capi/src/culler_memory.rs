@@ -9,6 +9,7 @@ use antumbra::scene::Scene;
 use crate::arguments::{empty, required};
 use crate::borrow::handle;
 use crate::culler::AntumbraCuller;
+use crate::handle::is_shared_by_threads;
 use crate::status::{AntumbraStatus, Error, guard};
 
 /// What a culler knew of its frames at a time. It never changes: any number of threads may use it at once. It chooses occluders and hides
@@ -18,6 +19,8 @@ pub struct AntumbraMemory {
     /// Numbers of objects and clusters mean nothing in another one.
     scene: Arc<Scene>,
 }
+
+const _: () = is_shared_by_threads::<AntumbraMemory>();
 
 /// Forgets all frames: the next one is as the first.
 ///

@@ -29,6 +29,9 @@ impl<T: Send + Sync> Locked<T> {
     }
 }
 
+/// Fails to compile for what threads cannot share.
+pub const fn is_shared_by_threads<T: Send + Sync>() {}
+
 fn why<G>(error: TryLockError<G>) -> Error {
     match error {
         TryLockError::WouldBlock => Error::new(

@@ -6,9 +6,10 @@
 //! ```
 //!
 //! A pointer that may be null is an `Option` of a reference or of a box, which has the same form in C; what C has not written yet is
-//! a `MaybeUninit`. So handles and results take no unsafe code. What is left are lists and strings, whose length C alone knows: `borrow`
-//! has all of it, besides the attribute that exports a name. Handles lock themselves (`handle`): a caller who breaks the rules of
-//! threads gets an error, not a data race, and what a panic has left half done is not used again.
+//! a `MaybeUninit`. So results and handles that are created, read and destroyed take no unsafe code. What is left are handles that calls change,
+//! since a `&mut` would promise what C cannot, and lists and strings, whose length C alone knows: `borrow` has all of that. Handles
+//! lock themselves (`handle`): a caller who breaks the rules of threads gets an error, not a data race, and what a panic has left half done
+//! is not used again.
 //!
 //! Values that C chooses from a list come as plain numbers and are looked up, since a Rust enum with another value would be undefined
 //! behaviour.

@@ -10,6 +10,7 @@ use antumbra::threads::Threads;
 
 use crate::arguments::{empty, required};
 use crate::borrow::path;
+use crate::handle::is_shared_by_threads;
 use crate::questions::AntumbraBox;
 use crate::status::AntumbraStatus::{
     ANTUMBRA_ERROR_FILE, ANTUMBRA_ERROR_IO, ANTUMBRA_ERROR_SCENE, ANTUMBRA_ERROR_THREADS,
@@ -24,6 +25,8 @@ pub struct AntumbraScene {
     names: OnceLock<Vec<CString>>,
     warnings: OnceLock<Vec<CString>>,
 }
+
+const _: () = is_shared_by_threads::<AntumbraScene>();
 
 impl From<Prepared> for AntumbraScene {
     fn from(prepared: Prepared) -> AntumbraScene {

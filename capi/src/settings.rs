@@ -3,6 +3,7 @@
 //! Its first field is its size as the program was compiled, so that later versions of the library know which fields there are. Of a
 //! program that is newer than the library, fields that this does not know must be 0: what `antumbra_settings_init` left there.
 
+use std::mem::MaybeUninit;
 use std::num::NonZeroU32;
 use std::time::Duration;
 
@@ -123,7 +124,7 @@ pub struct AntumbraApproximation {
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub struct AntumbraSettings {
     /// sizeof(AntumbraSettings), set by antumbra_settings_init.
-    pub struct_size: usize,
+    pub struct_size: u64,
     /// Of the picture, in pixels: from 1 to 16384, any number.
     pub width: u32,
     /// Of the picture, in pixels: from 1 to 16384, any number.
@@ -159,11 +160,15 @@ pub struct AntumbraSettings {
     /// Where depth is hierarchical and accuracy approximate: the nth farthest value stands for a cell, and nth - 1 samples are
     /// ignored; from 1 to 64.
     pub nth: u32,
-    /// Threads to use, the caller's among them; 0 for as many as the machine runs at once. The visible set is the same for any number.
+    /// Threads to use: 1 is the caller's own; several are the culler's, and the caller waits for them; 0 for as many as the machine runs at
+    /// once, up to 1024. The visible set is the same for any number.
     pub threads: u32,
     /// An AntumbraLevel. The visible set is the same for any.
     pub level: u32,
 }
+
+/// No version will have more bytes of settings: what says so was never initialised.
+const LARGEST: u64 = 1 << 16;
 
 const ACCURACIES: [(u32, bool); 2] = [
     (ANTUMBRA_EXACT as u32, true),
@@ -239,7 +244,7 @@ impl AntumbraApproximation {
 impl AntumbraSettings {
     fn defaults() -> AntumbraSettings {
         AntumbraSettings {
-            struct_size: size_of::<AntumbraSettings>(),
+            struct_size: size_of::<AntumbraSettings>() as u64,
             approximation: AntumbraApproximation::of(&Approximation::default()),
             frames_back: FramesBack::default().count(),
             least_compactness: Weighing::default().least_compactness,
@@ -250,17 +255,17 @@ impl AntumbraSettings {
 
     /// Reads a caller's settings, as far as this version knows them.
     pub fn read(settings: *const AntumbraSettings) -> Result<Settings, Error> {
-        let size = list(settings.cast::<usize>(), 1, "settings")?[0];
+        let size = list(settings.cast::<u64>(), 1, "settings")?[0];
         // The only size so far.
         let known = size_of::<AntumbraSettings>();
         let refuse = |why: &str| {
             let message = format_args!("settings are {size} bytes: {why}");
             Err(Error::new(ANTUMBRA_ERROR_STRUCT_SIZE, message))
         };
-        if !(known..=1 << 16).contains(&size) {
+        if !(known as u64..=LARGEST).contains(&size) {
             return refuse("use antumbra_settings_init, and give it sizeof(AntumbraSettings)");
         }
-        let bytes = list(settings.cast::<u8>(), size, "settings")?;
+        let bytes = list(settings.cast::<u8>(), size as usize, "settings")?;
         if bytes[known..].iter().any(|byte| *byte != 0) {
             return refuse("they have fields that this version of the library does not know");
         }
@@ -349,12 +354,12 @@ pub extern "C" fn antumbra_settings_init(
 ) -> AntumbraStatus {
     guard(|| {
         let known = size_of::<AntumbraSettings>();
-        if !(known..=1 << 16).contains(&struct_size) {
+        if !(known as u64..=LARGEST).contains(&(struct_size as u64)) {
             let message = format_args!("settings have {known} bytes, not {struct_size}");
             return Err(Error::new(ANTUMBRA_ERROR_STRUCT_SIZE, message));
         }
         let defaults = AntumbraSettings {
-            struct_size,
+            struct_size: struct_size as u64,
             ..AntumbraSettings::defaults()
         };
         let rest = std::iter::repeat(&0);
@@ -369,7 +374,7 @@ pub extern "C" fn antumbra_settings_init(
 /// Fills in the default approximation: 64 pixels in any window of 8x8, distributed favourably (2).
 #[unsafe(no_mangle)]
 pub extern "C" fn antumbra_approximation_init(
-    approximation: Option<&mut std::mem::MaybeUninit<AntumbraApproximation>>,
+    approximation: Option<&mut MaybeUninit<AntumbraApproximation>>,
 ) -> AntumbraStatus {
     guard(|| {
         let place = required(approximation, "approximation")?;
@@ -420,7 +425,7 @@ mod tests {
             antumbra_settings_init(first.cast(), size),
             AntumbraStatus::ANTUMBRA_OK
         );
-        assert_eq!((grown.known.struct_size, grown.more), (size, 0));
+        assert_eq!((grown.known.struct_size, grown.more), (size as u64, 0));
         (grown.known.width, grown.known.height) = (8, 8);
         let first: *const Grown = &grown;
         assert!(AntumbraSettings::read(first.cast()).is_ok());
@@ -435,7 +440,7 @@ mod tests {
         let wrong: [fn(&mut AntumbraSettings); 22] = [
             |s| s.struct_size = 0,
             |s| s.struct_size -= 8,
-            |s| s.struct_size = usize::MAX,
+            |s| s.struct_size = u64::MAX,
             |s| s.width = 0,
             |s| s.height = 1 << 15,
             |s| s.accuracy = 2,

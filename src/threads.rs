@@ -29,11 +29,14 @@ impl Threads {
                 handles.push(Builder::new().spawn(|| thread.run())?);
                 Ok(())
             })
-            .build()?;
-        Ok(Threads {
-            pool: Some(pool),
-            handles,
-        })
+            .build();
+        // Those that were begun before one could not be are told to end, and waited for.
+        let (pool, error) = match pool {
+            Ok(pool) => (Some(pool), None),
+            Err(error) => (None, Some(error)),
+        };
+        let threads = Threads { pool, handles };
+        error.map_or(Ok(threads), Err)
     }
 }
 

@@ -760,14 +760,15 @@ extern "C" {
 #endif // __cplusplus
 
 /**
- * The library's version, such as "0.1.0"; valid forever. It can differ from the header's ANTUMBRA_VERSION_MAJOR, _MINOR and _PATCH where
- * the library is shared.
+ * The library's version, such as "0.1.0"; valid forever. It can differ from the header's ANTUMBRA_VERSION_MAJOR, _MINOR and
+ * _PATCH where the library is shared.
  */
 const char *antumbra_version(void);
 
 /**
- * What was wrong with the last call on this thread that failed: a sentence in UTF-8 for people, which names the argument, file or
- * object, and what to do. It is empty if none failed yet. It is valid until the next call on this thread that fails, and never NULL.
+ * What was wrong with the last call on this thread that failed: a sentence in UTF-8 for people, which names the argument, file
+ * or object, and what to do. It is empty if none failed yet. It is valid until the next call on this thread that fails, and
+ * never NULL.
  */
 const char *antumbra_last_error(void);
 
@@ -784,10 +785,10 @@ uint32_t antumbra_best_level(void);
 /**
  * Makes a camera at a point that looks at another one. Coordinates are right-handed.
  *
- * eye, target, up: three numbers each, world coordinates. up, of any length, points upwards in the picture.
+ * @param eye, target, up Three numbers each, world coordinates. up, of any length, points upwards in the picture.
  *
- * Errors: ANTUMBRA_ERROR_INVALID_ARGUMENT if a number is not finite, eye and target are the same, up points along the view, or the
- * projection is out of range.
+ * Errors: ANTUMBRA_ERROR_INVALID_ARGUMENT if a number is not finite, eye and target are the same, up points along the view, or
+ * the projection is out of range.
  */
 AntumbraStatus antumbra_camera_look_at(const double *eye,
                                        const double *target,
@@ -798,21 +799,22 @@ AntumbraStatus antumbra_camera_look_at(const double *eye,
 /**
  * Makes a camera of the matrix that leads from world coordinates to those of the view: x to the right, y upwards, z backwards.
  *
- * view_from_world: 16 numbers, column by column; a rotation and a translation. What it lacks of right angles and unit lengths, as a matrix
- * that was computed in single precision does, is mended.
+ * @param view_from_world 16 numbers, column by column; a rotation and a translation. What it lacks of right angles and unit
+ *     lengths, as a matrix that was computed in single precision does, is mended.
  *
- * Errors: ANTUMBRA_ERROR_INVALID_ARGUMENT if a number is not finite, the last row is not 0 0 0 1, the upper left part is by more than 1e-3
- * no rotation, or the projection is out of range.
+ * Errors: ANTUMBRA_ERROR_INVALID_ARGUMENT if a number is not finite, the last row is not 0 0 0 1, the upper left part is by more
+ * than 1e-3 no rotation, or the projection is out of range.
  */
 AntumbraStatus antumbra_camera_from_view(const double *view_from_world,
                                          const AntumbraProjection *projection,
                                          AntumbraCamera *camera);
 
 /**
- * Reads a camera path as the antumbra command takes it: JSON with "fov_y_degrees" (or "height" for an orthographic view), "near", "far"
- * (may be left out: infinite) and "frames" of "eye", "target" and "up".
+ * Reads a camera path as the antumbra command takes it: JSON with "fov_y_degrees" (or "height" for an orthographic view),
+ * "near", "far" (may be left out: infinite) and "frames" of "eye", "target" and "up".
  *
- * file: UTF-8. path: is given a path, to be destroyed by antumbra_camera_path_destroy; NULL if there is an error.
+ * @param file UTF-8.
+ * @param path Is given a path, to be destroyed by antumbra_camera_path_destroy; NULL if there is an error.
  *
  * Errors: ANTUMBRA_ERROR_UTF8, ANTUMBRA_ERROR_IO, ANTUMBRA_ERROR_FILE.
  */
@@ -840,11 +842,14 @@ AntumbraStatus antumbra_camera_path_frame(const AntumbraCameraPath *path,
 
 /**
  * Loads a scene (.glb, .gltf or .obj) and prepares it, which takes seconds for a million triangles; or an archive, which
- * antumbra_scene_save or `antumbra prepare` wrote, in a fraction of that. An object is a node with a mesh, or a group of an OBJ file.
+ * antumbra_scene_save or `antumbra prepare` wrote, in a fraction of that. An object is a node with a mesh, or a group of an OBJ
+ * file.
  *
- * file: UTF-8. An archive is mapped into memory: nobody may write into the file while the scene or a culler of it lives (to replace
- * it is fine). threads: that may work at it, 0 for as many as the machine runs at once; they have ended when the call has. The result
- * is the same for any number. scene: is given a scene, to be destroyed by antumbra_scene_destroy; NULL if there is an error.
+ * @param file UTF-8. An archive is mapped into memory: nobody may write into the file while the scene or a culler of it lives
+ *     (to replace it is fine).
+ * @param threads How many may work at it, up to 1024; 0 for as many as the machine runs at once. They have ended when the
+ *     call has. The result is the same for any number.
+ * @param scene Is given a scene, to be destroyed by antumbra_scene_destroy; NULL if there is an error.
  *
  * Errors: ANTUMBRA_ERROR_UTF8, ANTUMBRA_ERROR_IO, ANTUMBRA_ERROR_FILE, ANTUMBRA_ERROR_THREADS.
  */
@@ -853,10 +858,10 @@ AntumbraStatus antumbra_scene_load(const char *file,
                                    AntumbraScene **scene);
 
 /**
- * Writes an archive of a scene. A file of that name is replaced when all is written, and stays as it is if that fails. The same scene gives
- * the same bytes on every machine.
+ * Writes an archive of a scene. A file of that name is replaced when all is written, and stays as it is if that fails. The same
+ * scene gives the same bytes on every machine.
  *
- * file: UTF-8; by custom it ends in .antumbra.
+ * @param file UTF-8; by custom it ends in .antumbra.
  *
  * Errors: ANTUMBRA_ERROR_UTF8, ANTUMBRA_ERROR_IO.
  */
@@ -869,8 +874,8 @@ AntumbraStatus antumbra_scene_save(const AntumbraScene *scene,
 void antumbra_scene_destroy(AntumbraScene *scene);
 
 /**
- * How many objects a scene has, which are numbered from 0 in the order of their file or of antumbra_scene_builder_add_object; 0 if scene is
- * NULL.
+ * How many objects a scene has, which are numbered from 0 in the order of their file or of antumbra_scene_builder_add_object; 0
+ * if scene is NULL.
  */
 uint32_t antumbra_scene_object_count(const AntumbraScene *scene);
 
@@ -908,7 +913,7 @@ AntumbraStatus antumbra_scene_warning(const AntumbraScene *scene, size_t index, 
 /**
  * Begins a scene.
  *
- * builder: is given a builder, to be destroyed by antumbra_scene_builder_destroy; NULL if there is an error.
+ * @param builder Is given a builder, to be destroyed by antumbra_scene_builder_destroy; NULL if there is an error.
  */
 AntumbraStatus antumbra_scene_builder_create(AntumbraSceneBuilder **builder);
 
@@ -920,10 +925,11 @@ void antumbra_scene_builder_destroy(AntumbraSceneBuilder *builder);
 /**
  * Adds a mesh: positions, which are copied. antumbra_scene_builder_add_surface gives it triangles.
  *
- * positions: x, y and z of each vertex, local units, stride bytes from one to the next; a multiple of 4, at least 12. mesh: is given the
- * mesh's number, counted from 0.
+ * @param positions x, y and z of each vertex, local units, stride bytes from one to the next; a multiple of 4, at least 12.
+ * @param mesh Is given the mesh's number, counted from 0.
  *
- * Errors: ANTUMBRA_ERROR_INVALID_ARGUMENT if there is no such stride. Numbers that are not finite are found by antumbra_scene_builder_build.
+ * Errors: ANTUMBRA_ERROR_INVALID_ARGUMENT if there is no such stride. Numbers that are not finite are found by
+ * antumbra_scene_builder_build.
  */
 AntumbraStatus antumbra_scene_builder_add_mesh(AntumbraSceneBuilder *builder,
                                                const float *positions,
@@ -934,10 +940,11 @@ AntumbraStatus antumbra_scene_builder_add_mesh(AntumbraSceneBuilder *builder,
 /**
  * Adds triangles of one material to a mesh.
  *
- * indices: three vertices of the mesh each, counter-clockwise at the front; copied. material: NULL for an opaque, single-sided one.
+ * @param indices Three vertices of the mesh each, counter-clockwise at the front; copied.
+ * @param material NULL for an opaque, single-sided one.
  *
- * Errors: ANTUMBRA_ERROR_OUT_OF_RANGE if there is no such mesh or vertex, ANTUMBRA_ERROR_INVALID_ARGUMENT if index_count is no multiple of
- * 3 or there is no such material.
+ * Errors: ANTUMBRA_ERROR_OUT_OF_RANGE if there is no such mesh or vertex, ANTUMBRA_ERROR_INVALID_ARGUMENT if index_count is no
+ * multiple of 3 or there is no such material.
  */
 AntumbraStatus antumbra_scene_builder_add_surface(AntumbraSceneBuilder *builder,
                                                   uint32_t mesh,
@@ -948,11 +955,13 @@ AntumbraStatus antumbra_scene_builder_add_surface(AntumbraSceneBuilder *builder,
 /**
  * Adds an object: a mesh, placed in the world. It is the unit that is culled or kept.
  *
- * world_from_local: 16 numbers, column by column, whose last row is 0 0 0 1; it may mirror and scale unevenly; NULL for the identity.
- * flags: AntumbraObjectFlags, added up. object: is given the object's number, counted from 0; may be NULL.
+ * @param world_from_local 16 numbers, column by column, whose last row is 0 0 0 1; it may mirror and scale unevenly; NULL for
+ *     the identity.
+ * @param flags AntumbraObjectFlags, added up.
+ * @param object Is given the object's number, counted from 0; may be NULL.
  *
- * Errors: ANTUMBRA_ERROR_OUT_OF_RANGE if there is no such mesh, ANTUMBRA_ERROR_INVALID_ARGUMENT if the matrix is not finite and affine or
- * there is no such flag.
+ * Errors: ANTUMBRA_ERROR_OUT_OF_RANGE if there is no such mesh, ANTUMBRA_ERROR_INVALID_ARGUMENT if the matrix is not finite and
+ * affine or there is no such flag.
  */
 AntumbraStatus antumbra_scene_builder_add_object(AntumbraSceneBuilder *builder,
                                                  uint32_t mesh,
@@ -963,7 +972,7 @@ AntumbraStatus antumbra_scene_builder_add_object(AntumbraSceneBuilder *builder,
 /**
  * Names an object; messages and antumbra_scene_object_name have the name.
  *
- * name: UTF-8, copied.
+ * @param name UTF-8, copied.
  *
  * Errors: ANTUMBRA_ERROR_OUT_OF_RANGE, ANTUMBRA_ERROR_UTF8.
  */
@@ -972,8 +981,9 @@ AntumbraStatus antumbra_scene_builder_set_object_name(AntumbraSceneBuilder *buil
                                                       const char *name);
 
 /**
- * Draws another mesh in place of an object's own where it is an occluder, in the same local coordinates. Culling is exact only if the proxy
- * lies inside the object, whose surface is opaque and closed, and so deep that snapping (1/256 of a pixel) does not bring its outline out.
+ * Draws another mesh in place of an object's own where it is an occluder, in the same local coordinates. Culling is exact only
+ * if the proxy lies inside the object, whose surface is opaque and closed, and so deep that snapping (1/256 of a pixel) does not
+ * bring its outline out.
  *
  * Errors: ANTUMBRA_ERROR_OUT_OF_RANGE if there is no such object or mesh.
  */
@@ -982,14 +992,15 @@ AntumbraStatus antumbra_scene_builder_set_occluder_proxy(AntumbraSceneBuilder *b
                                                          uint32_t mesh);
 
 /**
- * Builds the scene and prepares it, which takes seconds for a million triangles. Whether it succeeds or not, the builder is empty then: another
- * scene can be begun with it.
+ * Builds the scene and prepares it, which takes seconds for a million triangles. The builder is empty then, also if
+ * the scene makes no sense: another one can be begun with it.
  *
- * threads: that may work at it, 0 for as many as the machine runs at once; they have ended when the call has. The result is the same
- * for any number. scene: is given a scene, to be destroyed by antumbra_scene_destroy; NULL if there is an error.
+ * @param threads How many may work at it, up to 1024; 0 for as many as the machine runs at once. They have ended when the
+ *     call has. The result is the same for any number.
+ * @param scene Is given a scene, to be destroyed by antumbra_scene_destroy; NULL if there is an error.
  *
- * Errors: ANTUMBRA_ERROR_SCENE if a position is not finite, an object's mesh has no triangles or reaches beyond coordinates of 2^100, or
- * there is no object; ANTUMBRA_ERROR_THREADS.
+ * Errors: ANTUMBRA_ERROR_SCENE if a position is not finite, an object's mesh has no triangles or reaches beyond coordinates of
+ * 2^100, or there is no object; ANTUMBRA_ERROR_THREADS.
  */
 AntumbraStatus antumbra_scene_builder_build(AntumbraSceneBuilder *builder,
                                             uint32_t threads,
@@ -999,7 +1010,7 @@ AntumbraStatus antumbra_scene_builder_build(AntumbraSceneBuilder *builder,
  * Fills in the defaults: exact, by contribution, with a budget chosen by counted work, on all threads, at the best level. What
  * remains to be set are width and height.
  *
- * struct_size: sizeof(AntumbraSettings).
+ * @param struct_size sizeof(AntumbraSettings).
  *
  * Errors: ANTUMBRA_ERROR_STRUCT_SIZE.
  */
@@ -1014,8 +1025,8 @@ AntumbraStatus antumbra_approximation_init(AntumbraApproximation *approximation)
 /**
  * Makes a culler.
  *
- * scene: may be destroyed before the culler. culler: is given a culler, to be destroyed by antumbra_culler_destroy; NULL if there is
- * an error.
+ * @param scene May be destroyed before the culler.
+ * @param culler Is given a culler, to be destroyed by antumbra_culler_destroy; NULL if there is an error.
  *
  * Errors: ANTUMBRA_ERROR_STRUCT_SIZE, ANTUMBRA_ERROR_INVALID_ARGUMENT if a setting makes no sense, ANTUMBRA_ERROR_LEVEL,
  * ANTUMBRA_ERROR_THREADS.
@@ -1025,8 +1036,8 @@ AntumbraStatus antumbra_culler_create(const AntumbraScene *scene,
                                       AntumbraCuller **culler);
 
 /**
- * Makes another culler for the same scene, with other settings and nothing remembered, for another view. What is known of the scene is
- * shared; either may be destroyed first.
+ * Makes another culler for the same scene, with other settings and nothing remembered, for another view. What is known of the
+ * scene is shared; either may be destroyed first.
  *
  * Errors: as antumbra_culler_create.
  */
@@ -1042,10 +1053,11 @@ void antumbra_culler_destroy(AntumbraCuller *culler);
 /**
  * Finds which objects a camera may see.
  *
- * objects: is given the visible objects in ascending order; NULL if there are none, or an error. count: is given how many.
+ * @param objects Is given the visible objects in ascending order; NULL if there are none, or an error.
+ * @param count Is given how many.
  *
- * Frames follow each other: a frame remembers which occluders the last one needed. Where accuracy is exact, every object that owns a pixel
- * of the picture is in the list. A frame like the last one allocates nothing on one thread.
+ * Frames follow each other: a frame remembers which occluders the last one needed. Where accuracy is exact, every object that
+ * owns a pixel of the picture is in the list. A frame like the last one allocates nothing on one thread.
  *
  * Errors: ANTUMBRA_ERROR_INVALID_ARGUMENT if the camera is none, ANTUMBRA_ERROR_BUSY.
  */
@@ -1055,8 +1067,8 @@ AntumbraStatus antumbra_culler_cull(AntumbraCuller *culler,
                                     size_t *count);
 
 /**
- * Finds which objects are in a camera's frustum, those that culling chooses from, in ascending order. (A frame does not look at all of
- * them.)
+ * Finds which objects are in a camera's frustum, those that culling chooses from, in ascending order. (A frame does not look at
+ * all of them.)
  *
  * Errors: as antumbra_culler_cull.
  */
@@ -1066,8 +1078,8 @@ AntumbraStatus antumbra_culler_in_frustum(AntumbraCuller *culler,
                                           size_t *count);
 
 /**
- * About what share of each visible object of the last frame may be seen, more than 0 and up to 1, in their order: where a coarser model would
- * do.
+ * About what share of each visible object of the last frame may be seen, more than 0 and up to 1, in their order: where a
+ * coarser model would do.
  *
  * Errors: ANTUMBRA_ERROR_STATE if nothing has been culled yet, ANTUMBRA_ERROR_BUSY.
  */
@@ -1076,8 +1088,8 @@ AntumbraStatus antumbra_culler_visibility_levels(AntumbraCuller *culler,
                                                  size_t *count);
 
 /**
- * The objects that the last frame found visible and that were in the frustum, but not visible, when this was called before: hints for fading
- * them in. To be called once after each antumbra_culler_cull; the first call gives none.
+ * The objects that the last frame found visible and that were in the frustum, but not visible, when this was called before:
+ * hints for fading them in. To be called once after each antumbra_culler_cull; the first call gives none.
  *
  * Errors: ANTUMBRA_ERROR_STATE if nothing has been culled yet, ANTUMBRA_ERROR_BUSY.
  */
@@ -1086,11 +1098,11 @@ AntumbraStatus antumbra_culler_appearances(AntumbraCuller *culler,
                                            size_t *count);
 
 /**
- * Says how much an object stands out against what may hide it, from 0, as at first, to 1: a lamp behind leaves. Where holes are ignored, such an
- * object is culled only if it shows in no more than a share of 1 - salience of what may be ignored in a tile.
+ * Says how much an object stands out against what may hide it, from 0, as at first, to 1: a lamp behind leaves. Where holes are
+ * ignored, such an object is culled only if it shows in no more than a share of 1 - salience of what may be ignored in a tile.
  *
- * Errors: ANTUMBRA_ERROR_OUT_OF_RANGE if there is no such object, ANTUMBRA_ERROR_INVALID_ARGUMENT if salience is not from 0 to 1,
- * ANTUMBRA_ERROR_BUSY.
+ * Errors: ANTUMBRA_ERROR_OUT_OF_RANGE if there is no such object, ANTUMBRA_ERROR_INVALID_ARGUMENT if salience is not from 0 to
+ * 1, ANTUMBRA_ERROR_BUSY.
  */
 AntumbraStatus antumbra_culler_set_salience(AntumbraCuller *culler,
                                             uint32_t object,
@@ -1099,7 +1111,7 @@ AntumbraStatus antumbra_culler_set_salience(AntumbraCuller *culler,
 /**
  * What the last frame did and what it took.
  *
- * struct_size: sizeof(AntumbraStatistics). Fields that this version of the library does not have become 0.
+ * @param struct_size sizeof(AntumbraStatistics). Fields that this version of the library does not have become 0.
  *
  * Errors: ANTUMBRA_ERROR_STATE if nothing has been culled yet, ANTUMBRA_ERROR_BUSY.
  */
@@ -1108,10 +1120,11 @@ AntumbraStatus antumbra_culler_statistics(const AntumbraCuller *culler,
                                           size_t struct_size);
 
 /**
- * Asks whether world boxes are hidden by what the last frame drew: things that are not in the scene because they move. What is asked is what
- * that frame's camera sees.
+ * Asks whether world boxes are hidden by what the last frame drew: things that are not in the scene because they move. What is
+ * asked is what that frame's camera sees.
  *
- * boxes, visibilities: count of each; they must not overlap. A box that reaches the near plane, or is not finite, is visible.
+ * @param boxes, visibilities count of each; they must not overlap. A box that reaches the near plane, or is not finite, is
+ *     visible.
  *
  * Errors: ANTUMBRA_ERROR_STATE if nothing has been culled yet, ANTUMBRA_ERROR_BUSY.
  */
@@ -1128,12 +1141,13 @@ AntumbraStatus antumbra_culler_test_boxes(const AntumbraCuller *culler,
 AntumbraStatus antumbra_culler_buffer_hash(const AntumbraCuller *culler, uint64_t *hash);
 
 /**
- * Finds which clusters of the last frame's visible objects may be seen: an object that reaches everywhere may be visible while most of its
- * clusters are not.
+ * Finds which clusters of the last frame's visible objects may be seen: an object that reaches everywhere may be visible while
+ * most of its clusters are not.
  *
- * clusters: is given them, in the order of their objects. whole_objects: is given the objects that are to be drawn as a whole, since there is
- * more to them than clusters: they are translucent or cut out, hide nothing, or have a proxy in their place. Exact if culling is:
- * every cluster that owns a pixel is named.
+ * @param clusters Is given them, in the order of their objects.
+ * @param whole_objects Is given the objects that are to be drawn as a whole, since there is more to them than clusters: they are
+ *     translucent or cut out, hide nothing, or have a proxy in their place. Exact if culling is: every cluster that owns a pixel
+ *     is named.
  *
  * Errors: ANTUMBRA_ERROR_STATE if nothing has been culled yet, ANTUMBRA_ERROR_BUSY.
  */
@@ -1155,9 +1169,9 @@ AntumbraStatus antumbra_culler_drawn_clusters(AntumbraCuller *culler,
 /**
  * Copies the triangles of a cluster, those of the proxy if its object has one.
  *
- * corners: room for capacity triangles of three corners each, nine numbers: x, y and z of each corner, local units of the object's mesh,
- * counter-clockwise at the front. ANTUMBRA_TRIANGLES_PER_CLUSTER are always enough. triangle_count: is given how many triangles the
- * cluster has; no more than capacity are copied.
+ * @param corners Room for capacity triangles of three corners each, nine numbers: x, y and z of each corner, local units of the
+ *     object's mesh, counter-clockwise at the front. ANTUMBRA_TRIANGLES_PER_CLUSTER are always enough.
+ * @param triangle_count Is given how many triangles the cluster has; no more than capacity are copied.
  *
  * Errors: ANTUMBRA_ERROR_OUT_OF_RANGE if there is no such object or cluster, ANTUMBRA_ERROR_BUSY.
  */
@@ -1177,7 +1191,7 @@ AntumbraStatus antumbra_culler_forget(AntumbraCuller *culler);
 /**
  * Keeps what a culler knows of its frames: for views that take turns, or to cull a frame again.
  *
- * memory: is given a memory, to be destroyed by antumbra_memory_destroy; NULL if there is an error.
+ * @param memory Is given a memory, to be destroyed by antumbra_memory_destroy; NULL if there is an error.
  *
  * Errors: ANTUMBRA_ERROR_BUSY.
  */
@@ -1198,9 +1212,10 @@ void antumbra_memory_destroy(AntumbraMemory *memory);
 /**
  * Makes an empty buffer for pictures of a size, seen by a camera, at the best level, exact.
  *
- * width, height: of the picture in pixels, from 1 to 16384. map_scale: how many of its pixels lie along the edge of the map's, 1, 2 or
- * 4; coarse maps take less time and memory, and hide less; 0 for 1. buffer: is given a buffer, to be destroyed by
- * antumbra_occlusion_buffer_destroy; NULL if there is an error.
+ * @param width, height Of the picture in pixels, from 1 to 16384.
+ * @param map_scale How many of its pixels lie along the edge of the map's, 1, 2 or 4; coarse maps take less time and memory, and
+ *     hide less; 0 for 1.
+ * @param buffer Is given a buffer, to be destroyed by antumbra_occlusion_buffer_destroy; NULL if there is an error.
  *
  * Errors: ANTUMBRA_ERROR_INVALID_ARGUMENT if the size, the scale or the camera is none.
  */
@@ -1218,7 +1233,7 @@ void antumbra_occlusion_buffer_destroy(AntumbraOcclusionBuffer *buffer);
 /**
  * Sets what may be lost, before anything is drawn.
  *
- * approximation: NULL for exact accuracy, as at first.
+ * @param approximation NULL for exact accuracy, as at first.
  *
  * Errors: ANTUMBRA_ERROR_STATE if something has been drawn since the last antumbra_occlusion_buffer_clear,
  * ANTUMBRA_ERROR_INVALID_ARGUMENT, ANTUMBRA_ERROR_BUSY.
@@ -1250,10 +1265,10 @@ AntumbraStatus antumbra_occlusion_buffer_draw(AntumbraOcclusionBuffer *buffer,
                                               const AntumbraOccluder *occluder);
 
 /**
- * Draws an occluder that lets light through. Several of them combine, and where what they let through may be ignored, what is behind
- * the farthest of them is hidden. Where accuracy is exact, this does nothing.
+ * Draws an occluder that lets light through. Several of them combine, and where what they let through may be ignored, what is
+ * behind the farthest of them is hidden. Where accuracy is exact, this does nothing.
  *
- * opacity: from 0, all light passes, to 1.
+ * @param opacity From 0, all light passes, to 1.
  *
  * Errors: as antumbra_occlusion_buffer_draw.
  */
@@ -1271,7 +1286,8 @@ AntumbraStatus antumbra_occlusion_buffer_finish(AntumbraOcclusionBuffer *buffer)
 /**
  * Asks whether world boxes are hidden. One call with many boxes is quicker than many calls.
  *
- * boxes, visibilities: count of each; they must not overlap. A box that reaches the near plane, or is not finite, is visible.
+ * @param boxes, visibilities count of each; they must not overlap. A box that reaches the near plane, or is not finite, is
+ *     visible.
  *
  * Errors: ANTUMBRA_ERROR_BUSY.
  */
@@ -1283,7 +1299,8 @@ AntumbraStatus antumbra_occlusion_buffer_test_boxes(const AntumbraOcclusionBuffe
 /**
  * Asks whether boxes with any orientation are hidden.
  *
- * boxes, visibilities: count of each; they must not overlap. A box that reaches the near plane, or is not finite, is visible.
+ * @param boxes, visibilities count of each; they must not overlap. A box that reaches the near plane, or is not finite, is
+ *     visible.
  *
  * Errors: ANTUMBRA_ERROR_BUSY.
  */
@@ -1295,7 +1312,7 @@ AntumbraStatus antumbra_occlusion_buffer_test_oriented_boxes(const AntumbraOcclu
 /**
  * Asks whether a ball is hidden.
  *
- * center: three numbers, world coordinates. A ball that reaches the near plane, or is not finite, is visible.
+ * @param center Three numbers, world coordinates. A ball that reaches the near plane, or is not finite, is visible.
  *
  * Errors: ANTUMBRA_ERROR_BUSY.
  */
@@ -1307,8 +1324,10 @@ AntumbraStatus antumbra_occlusion_buffer_test_sphere(const AntumbraOcclusionBuff
 /**
  * Asks whether something is hidden of which only a rectangle on screen is known.
  *
- * x, y: first and last column and row, two numbers each, in pixels from the upper left corner of the picture, fractions allowed.
- * nearest_distance: of its nearest point along the view, scene units. What is not in order or not beyond the near plane is visible.
+ * @param x, y First and last column and row, two numbers each, in pixels from the upper left corner of the picture, fractions
+ *     allowed.
+ * @param nearest_distance Of its nearest point along the view, scene units. What is not in order or not beyond the near plane is
+ *     visible.
  *
  * Errors: ANTUMBRA_ERROR_BUSY.
  */
@@ -1319,10 +1338,10 @@ AntumbraStatus antumbra_occlusion_buffer_test_rectangle(const AntumbraOcclusionB
                                                         AntumbraVisibility *visibility);
 
 /**
- * Copies the depth of what is drawn so far, pixel by pixel, row by row from the upper left corner: no pixel's occluder is farther than that.
- * Depths are the larger the nearer; see AntumbraProjectionKind. Where nothing is drawn it is -INFINITY.
+ * Copies the depth of what is drawn so far, pixel by pixel, row by row from the upper left corner: no pixel's occluder is
+ * farther than that. Depths are the larger the nearer; see AntumbraProjectionKind. Where nothing is drawn it is -INFINITY.
  *
- * depths: room for count numbers, which must be width * height.
+ * @param depths Room for count numbers, which must be width * height.
  *
  * Errors: ANTUMBRA_ERROR_INVALID_ARGUMENT if count is another number, ANTUMBRA_ERROR_BUSY.
  */
@@ -1338,8 +1357,8 @@ AntumbraStatus antumbra_occlusion_buffer_read_depth(const AntumbraOcclusionBuffe
 AntumbraStatus antumbra_occlusion_buffer_hash(const AntumbraOcclusionBuffer *buffer, uint64_t *hash);
 
 /**
- * How many pixels of the picture are ignored because accuracy is approximate: no other pixel can be wrong, if the map is as large
- * as the picture or the distribution factor is 1.
+ * How many pixels of the picture are ignored because accuracy is approximate: no other pixel can be wrong, if the map is as
+ * large as the picture or the distribution factor is 1.
  *
  * Errors: ANTUMBRA_ERROR_BUSY.
  */

@@ -56,7 +56,7 @@ impl Parts {
 
 /// Begins a scene.
 ///
-/// builder: is given a builder, to be destroyed by antumbra_scene_builder_destroy; NULL if there is an error.
+/// @param builder Is given a builder, to be destroyed by antumbra_scene_builder_destroy; NULL if there is an error.
 #[unsafe(no_mangle)]
 pub extern "C" fn antumbra_scene_builder_create(
     builder: Option<&mut MaybeUninit<Option<Box<AntumbraSceneBuilder>>>>,
@@ -77,10 +77,11 @@ pub extern "C" fn antumbra_scene_builder_destroy(builder: Option<Box<AntumbraSce
 
 /// Adds a mesh: positions, which are copied. antumbra_scene_builder_add_surface gives it triangles.
 ///
-/// positions: x, y and z of each vertex, local units, stride bytes from one to the next; a multiple of 4, at least 12. mesh: is given the
-/// mesh's number, counted from 0.
+/// @param positions x, y and z of each vertex, local units, stride bytes from one to the next; a multiple of 4, at least 12.
+/// @param mesh Is given the mesh's number, counted from 0.
 ///
-/// Errors: ANTUMBRA_ERROR_INVALID_ARGUMENT if there is no such stride. Numbers that are not finite are found by antumbra_scene_builder_build.
+/// Errors: ANTUMBRA_ERROR_INVALID_ARGUMENT if there is no such stride. Numbers that are not finite are found by
+/// antumbra_scene_builder_build.
 #[unsafe(no_mangle)]
 pub extern "C" fn antumbra_scene_builder_add_mesh(
     builder: *mut AntumbraSceneBuilder,
@@ -108,10 +109,11 @@ pub extern "C" fn antumbra_scene_builder_add_mesh(
 
 /// Adds triangles of one material to a mesh.
 ///
-/// indices: three vertices of the mesh each, counter-clockwise at the front; copied. material: NULL for an opaque, single-sided one.
+/// @param indices Three vertices of the mesh each, counter-clockwise at the front; copied.
+/// @param material NULL for an opaque, single-sided one.
 ///
-/// Errors: ANTUMBRA_ERROR_OUT_OF_RANGE if there is no such mesh or vertex, ANTUMBRA_ERROR_INVALID_ARGUMENT if index_count is no multiple of
-/// 3 or there is no such material.
+/// Errors: ANTUMBRA_ERROR_OUT_OF_RANGE if there is no such mesh or vertex, ANTUMBRA_ERROR_INVALID_ARGUMENT if index_count is no
+/// multiple of 3 or there is no such material.
 #[unsafe(no_mangle)]
 pub extern "C" fn antumbra_scene_builder_add_surface(
     builder: *mut AntumbraSceneBuilder,
@@ -146,11 +148,13 @@ pub extern "C" fn antumbra_scene_builder_add_surface(
 
 /// Adds an object: a mesh, placed in the world. It is the unit that is culled or kept.
 ///
-/// world_from_local: 16 numbers, column by column, whose last row is 0 0 0 1; it may mirror and scale unevenly; NULL for the identity.
-/// flags: AntumbraObjectFlags, added up. object: is given the object's number, counted from 0; may be NULL.
+/// @param world_from_local 16 numbers, column by column, whose last row is 0 0 0 1; it may mirror and scale unevenly; NULL for
+///     the identity.
+/// @param flags AntumbraObjectFlags, added up.
+/// @param object Is given the object's number, counted from 0; may be NULL.
 ///
-/// Errors: ANTUMBRA_ERROR_OUT_OF_RANGE if there is no such mesh, ANTUMBRA_ERROR_INVALID_ARGUMENT if the matrix is not finite and affine or
-/// there is no such flag.
+/// Errors: ANTUMBRA_ERROR_OUT_OF_RANGE if there is no such mesh, ANTUMBRA_ERROR_INVALID_ARGUMENT if the matrix is not finite and
+/// affine or there is no such flag.
 #[unsafe(no_mangle)]
 pub extern "C" fn antumbra_scene_builder_add_object(
     builder: *mut AntumbraSceneBuilder,
@@ -189,7 +193,7 @@ pub extern "C" fn antumbra_scene_builder_add_object(
 
 /// Names an object; messages and antumbra_scene_object_name have the name.
 ///
-/// name: UTF-8, copied.
+/// @param name UTF-8, copied.
 ///
 /// Errors: ANTUMBRA_ERROR_OUT_OF_RANGE, ANTUMBRA_ERROR_UTF8.
 #[unsafe(no_mangle)]
@@ -205,8 +209,9 @@ pub extern "C" fn antumbra_scene_builder_set_object_name(
     })
 }
 
-/// Draws another mesh in place of an object's own where it is an occluder, in the same local coordinates. Culling is exact only if the proxy
-/// lies inside the object, whose surface is opaque and closed, and so deep that snapping (1/256 of a pixel) does not bring its outline out.
+/// Draws another mesh in place of an object's own where it is an occluder, in the same local coordinates. Culling is exact only
+/// if the proxy lies inside the object, whose surface is opaque and closed, and so deep that snapping (1/256 of a pixel) does not
+/// bring its outline out.
 ///
 /// Errors: ANTUMBRA_ERROR_OUT_OF_RANGE if there is no such object or mesh.
 #[unsafe(no_mangle)]
@@ -223,14 +228,15 @@ pub extern "C" fn antumbra_scene_builder_set_occluder_proxy(
     })
 }
 
-/// Builds the scene and prepares it, which takes seconds for a million triangles. Whether it succeeds or not, the builder is empty then: another
-/// scene can be begun with it.
+/// Builds the scene and prepares it, which takes seconds for a million triangles. The builder is empty then, also if
+/// the scene makes no sense: another one can be begun with it.
 ///
-/// threads: that may work at it, 0 for as many as the machine runs at once; they have ended when the call has. The result is the same
-/// for any number. scene: is given a scene, to be destroyed by antumbra_scene_destroy; NULL if there is an error.
+/// @param threads How many may work at it, up to 1024; 0 for as many as the machine runs at once. They have ended when the
+///     call has. The result is the same for any number.
+/// @param scene Is given a scene, to be destroyed by antumbra_scene_destroy; NULL if there is an error.
 ///
-/// Errors: ANTUMBRA_ERROR_SCENE if a position is not finite, an object's mesh has no triangles or reaches beyond coordinates of 2^100, or
-/// there is no object; ANTUMBRA_ERROR_THREADS.
+/// Errors: ANTUMBRA_ERROR_SCENE if a position is not finite, an object's mesh has no triangles or reaches beyond coordinates of
+/// 2^100, or there is no object; ANTUMBRA_ERROR_THREADS.
 #[unsafe(no_mangle)]
 pub extern "C" fn antumbra_scene_builder_build(
     builder: *mut AntumbraSceneBuilder,
@@ -240,8 +246,9 @@ pub extern "C" fn antumbra_scene_builder_build(
     guard(|| {
         let place = empty(scene, "scene")?;
         let mut parts = handle(builder, "builder")?.0.write()?;
+        let threads = self::threads(threads)?;
         let Parts { meshes, objects } = take(&mut *parts);
-        let prepared = self::threads(threads)?.install(|| {
+        let prepared = threads.install(|| {
             let scene = Scene::new(meshes, objects)?;
             Ok::<_, Error>(Prepared::new(Arc::new(scene)))
         })?;

@@ -124,10 +124,10 @@ impl AntumbraCamera {
 
 /// Makes a camera at a point that looks at another one. Coordinates are right-handed.
 ///
-/// eye, target, up: three numbers each, world coordinates. up, of any length, points upwards in the picture.
+/// @param eye, target, up Three numbers each, world coordinates. up, of any length, points upwards in the picture.
 ///
-/// Errors: ANTUMBRA_ERROR_INVALID_ARGUMENT if a number is not finite, eye and target are the same, up points along the view, or the
-/// projection is out of range.
+/// Errors: ANTUMBRA_ERROR_INVALID_ARGUMENT if a number is not finite, eye and target are the same, up points along the view, or
+/// the projection is out of range.
 #[unsafe(no_mangle)]
 pub extern "C" fn antumbra_camera_look_at(
     eye: *const f64,
@@ -148,11 +148,11 @@ pub extern "C" fn antumbra_camera_look_at(
 
 /// Makes a camera of the matrix that leads from world coordinates to those of the view: x to the right, y upwards, z backwards.
 ///
-/// view_from_world: 16 numbers, column by column; a rotation and a translation. What it lacks of right angles and unit lengths, as a matrix
-/// that was computed in single precision does, is mended.
+/// @param view_from_world 16 numbers, column by column; a rotation and a translation. What it lacks of right angles and unit
+///     lengths, as a matrix that was computed in single precision does, is mended.
 ///
-/// Errors: ANTUMBRA_ERROR_INVALID_ARGUMENT if a number is not finite, the last row is not 0 0 0 1, the upper left part is by more than 1e-3
-/// no rotation, or the projection is out of range.
+/// Errors: ANTUMBRA_ERROR_INVALID_ARGUMENT if a number is not finite, the last row is not 0 0 0 1, the upper left part is by more
+/// than 1e-3 no rotation, or the projection is out of range.
 #[unsafe(no_mangle)]
 pub extern "C" fn antumbra_camera_from_view(
     view_from_world: *const f64,

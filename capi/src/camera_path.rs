@@ -17,10 +17,11 @@ pub struct AntumbraCameraPath(CameraPath);
 
 const _: () = is_shared_by_threads::<AntumbraCameraPath>();
 
-/// Reads a camera path as the antumbra command takes it: JSON with "fov_y_degrees" (or "height" for an orthographic view), "near", "far"
-/// (may be left out: infinite) and "frames" of "eye", "target" and "up".
+/// Reads a camera path as the antumbra command takes it: JSON with "fov_y_degrees" (or "height" for an orthographic view),
+/// "near", "far" (may be left out: infinite) and "frames" of "eye", "target" and "up".
 ///
-/// file: UTF-8. path: is given a path, to be destroyed by antumbra_camera_path_destroy; NULL if there is an error.
+/// @param file UTF-8.
+/// @param path Is given a path, to be destroyed by antumbra_camera_path_destroy; NULL if there is an error.
 ///
 /// Errors: ANTUMBRA_ERROR_UTF8, ANTUMBRA_ERROR_IO, ANTUMBRA_ERROR_FILE.
 #[unsafe(no_mangle)]

@@ -65,8 +65,8 @@ impl Frames {
 
 /// Makes a culler.
 ///
-/// scene: may be destroyed before the culler. culler: is given a culler, to be destroyed by antumbra_culler_destroy; NULL if there is
-/// an error.
+/// @param scene May be destroyed before the culler.
+/// @param culler Is given a culler, to be destroyed by antumbra_culler_destroy; NULL if there is an error.
 ///
 /// Errors: ANTUMBRA_ERROR_STRUCT_SIZE, ANTUMBRA_ERROR_INVALID_ARGUMENT if a setting makes no sense, ANTUMBRA_ERROR_LEVEL,
 /// ANTUMBRA_ERROR_THREADS.
@@ -86,8 +86,8 @@ pub extern "C" fn antumbra_culler_create(
     })
 }
 
-/// Makes another culler for the same scene, with other settings and nothing remembered, for another view. What is known of the scene is
-/// shared; either may be destroyed first.
+/// Makes another culler for the same scene, with other settings and nothing remembered, for another view. What is known of the
+/// scene is shared; either may be destroyed first.
 ///
 /// Errors: as antumbra_culler_create.
 #[unsafe(no_mangle)]
@@ -114,10 +114,11 @@ pub extern "C" fn antumbra_culler_destroy(culler: Option<Box<AntumbraCuller>>) {
 
 /// Finds which objects a camera may see.
 ///
-/// objects: is given the visible objects in ascending order; NULL if there are none, or an error. count: is given how many.
+/// @param objects Is given the visible objects in ascending order; NULL if there are none, or an error.
+/// @param count Is given how many.
 ///
-/// Frames follow each other: a frame remembers which occluders the last one needed. Where accuracy is exact, every object that owns a pixel
-/// of the picture is in the list. A frame like the last one allocates nothing on one thread.
+/// Frames follow each other: a frame remembers which occluders the last one needed. Where accuracy is exact, every object that
+/// owns a pixel of the picture is in the list. A frame like the last one allocates nothing on one thread.
 ///
 /// Errors: ANTUMBRA_ERROR_INVALID_ARGUMENT if the camera is none, ANTUMBRA_ERROR_BUSY.
 #[unsafe(no_mangle)]
@@ -139,8 +140,8 @@ pub extern "C" fn antumbra_culler_cull(
     })
 }
 
-/// Finds which objects are in a camera's frustum, those that culling chooses from, in ascending order. (A frame does not look at all of
-/// them.)
+/// Finds which objects are in a camera's frustum, those that culling chooses from, in ascending order. (A frame does not look at
+/// all of them.)
 ///
 /// Errors: as antumbra_culler_cull.
 #[unsafe(no_mangle)]
@@ -160,8 +161,8 @@ pub extern "C" fn antumbra_culler_in_frustum(
     })
 }
 
-/// About what share of each visible object of the last frame may be seen, more than 0 and up to 1, in their order: where a coarser model would
-/// do.
+/// About what share of each visible object of the last frame may be seen, more than 0 and up to 1, in their order: where a
+/// coarser model would do.
 ///
 /// Errors: ANTUMBRA_ERROR_STATE if nothing has been culled yet, ANTUMBRA_ERROR_BUSY.
 #[unsafe(no_mangle)]
@@ -182,8 +183,8 @@ pub extern "C" fn antumbra_culler_visibility_levels(
     })
 }
 
-/// The objects that the last frame found visible and that were in the frustum, but not visible, when this was called before: hints for fading
-/// them in. To be called once after each antumbra_culler_cull; the first call gives none.
+/// The objects that the last frame found visible and that were in the frustum, but not visible, when this was called before:
+/// hints for fading them in. To be called once after each antumbra_culler_cull; the first call gives none.
 ///
 /// Errors: ANTUMBRA_ERROR_STATE if nothing has been culled yet, ANTUMBRA_ERROR_BUSY.
 #[unsafe(no_mangle)]
@@ -207,11 +208,11 @@ pub extern "C" fn antumbra_culler_appearances(
     })
 }
 
-/// Says how much an object stands out against what may hide it, from 0, as at first, to 1: a lamp behind leaves. Where holes are ignored, such an
-/// object is culled only if it shows in no more than a share of 1 - salience of what may be ignored in a tile.
+/// Says how much an object stands out against what may hide it, from 0, as at first, to 1: a lamp behind leaves. Where holes are
+/// ignored, such an object is culled only if it shows in no more than a share of 1 - salience of what may be ignored in a tile.
 ///
-/// Errors: ANTUMBRA_ERROR_OUT_OF_RANGE if there is no such object, ANTUMBRA_ERROR_INVALID_ARGUMENT if salience is not from 0 to 1,
-/// ANTUMBRA_ERROR_BUSY.
+/// Errors: ANTUMBRA_ERROR_OUT_OF_RANGE if there is no such object, ANTUMBRA_ERROR_INVALID_ARGUMENT if salience is not from 0 to
+/// 1, ANTUMBRA_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub extern "C" fn antumbra_culler_set_salience(
     culler: *mut AntumbraCuller,
@@ -232,7 +233,7 @@ pub extern "C" fn antumbra_culler_set_salience(
 
 /// What the last frame did and what it took.
 ///
-/// struct_size: sizeof(AntumbraStatistics). Fields that this version of the library does not have become 0.
+/// @param struct_size sizeof(AntumbraStatistics). Fields that this version of the library does not have become 0.
 ///
 /// Errors: ANTUMBRA_ERROR_STATE if nothing has been culled yet, ANTUMBRA_ERROR_BUSY.
 #[unsafe(no_mangle)]
@@ -254,10 +255,11 @@ pub extern "C" fn antumbra_culler_statistics(
     })
 }
 
-/// Asks whether world boxes are hidden by what the last frame drew: things that are not in the scene because they move. What is asked is what
-/// that frame's camera sees.
+/// Asks whether world boxes are hidden by what the last frame drew: things that are not in the scene because they move. What is
+/// asked is what that frame's camera sees.
 ///
-/// boxes, visibilities: count of each; they must not overlap. A box that reaches the near plane, or is not finite, is visible.
+/// @param boxes, visibilities count of each; they must not overlap. A box that reaches the near plane, or is not finite, is
+///     visible.
 ///
 /// Errors: ANTUMBRA_ERROR_STATE if nothing has been culled yet, ANTUMBRA_ERROR_BUSY.
 #[unsafe(no_mangle)]

@@ -53,12 +53,13 @@ impl From<ClusterId> for AntumbraCluster {
     }
 }
 
-/// Finds which clusters of the last frame's visible objects may be seen: an object that reaches everywhere may be visible while most of its
-/// clusters are not.
+/// Finds which clusters of the last frame's visible objects may be seen: an object that reaches everywhere may be visible while
+/// most of its clusters are not.
 ///
-/// clusters: is given them, in the order of their objects. whole_objects: is given the objects that are to be drawn as a whole, since there is
-/// more to them than clusters: they are translucent or cut out, hide nothing, or have a proxy in their place. Exact if culling is:
-/// every cluster that owns a pixel is named.
+/// @param clusters Is given them, in the order of their objects.
+/// @param whole_objects Is given the objects that are to be drawn as a whole, since there is more to them than clusters: they are
+///     translucent or cut out, hide nothing, or have a proxy in their place. Exact if culling is: every cluster that owns a pixel
+///     is named.
 ///
 /// Errors: ANTUMBRA_ERROR_STATE if nothing has been culled yet, ANTUMBRA_ERROR_BUSY.
 #[unsafe(no_mangle)]
@@ -115,9 +116,9 @@ pub extern "C" fn antumbra_culler_drawn_clusters(
 
 /// Copies the triangles of a cluster, those of the proxy if its object has one.
 ///
-/// corners: room for capacity triangles of three corners each, nine numbers: x, y and z of each corner, local units of the object's mesh,
-/// counter-clockwise at the front. ANTUMBRA_TRIANGLES_PER_CLUSTER are always enough. triangle_count: is given how many triangles the
-/// cluster has; no more than capacity are copied.
+/// @param corners Room for capacity triangles of three corners each, nine numbers: x, y and z of each corner, local units of the
+///     object's mesh, counter-clockwise at the front. ANTUMBRA_TRIANGLES_PER_CLUSTER are always enough.
+/// @param triangle_count Is given how many triangles the cluster has; no more than capacity are copied.
 ///
 /// Errors: ANTUMBRA_ERROR_OUT_OF_RANGE if there is no such object or cluster, ANTUMBRA_ERROR_BUSY.
 #[unsafe(no_mangle)]

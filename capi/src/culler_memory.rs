@@ -35,7 +35,7 @@ pub extern "C" fn antumbra_culler_forget(culler: *mut AntumbraCuller) -> Antumbr
 
 /// Keeps what a culler knows of its frames: for views that take turns, or to cull a frame again.
 ///
-/// memory: is given a memory, to be destroyed by antumbra_memory_destroy; NULL if there is an error.
+/// @param memory Is given a memory, to be destroyed by antumbra_memory_destroy; NULL if there is an error.
 ///
 /// Errors: ANTUMBRA_ERROR_BUSY.
 #[unsafe(no_mangle)]

@@ -53,9 +53,10 @@ impl State {
 
 /// Makes an empty buffer for pictures of a size, seen by a camera, at the best level, exact.
 ///
-/// width, height: of the picture in pixels, from 1 to 16384. map_scale: how many of its pixels lie along the edge of the map's, 1, 2 or
-/// 4; coarse maps take less time and memory, and hide less; 0 for 1. buffer: is given a buffer, to be destroyed by
-/// antumbra_occlusion_buffer_destroy; NULL if there is an error.
+/// @param width, height Of the picture in pixels, from 1 to 16384.
+/// @param map_scale How many of its pixels lie along the edge of the map's, 1, 2 or 4; coarse maps take less time and memory, and
+///     hide less; 0 for 1.
+/// @param buffer Is given a buffer, to be destroyed by antumbra_occlusion_buffer_destroy; NULL if there is an error.
 ///
 /// Errors: ANTUMBRA_ERROR_INVALID_ARGUMENT if the size, the scale or the camera is none.
 #[unsafe(no_mangle)]
@@ -89,7 +90,7 @@ pub extern "C" fn antumbra_occlusion_buffer_destroy(buffer: Option<Box<AntumbraO
 
 /// Sets what may be lost, before anything is drawn.
 ///
-/// approximation: NULL for exact accuracy, as at first.
+/// @param approximation NULL for exact accuracy, as at first.
 ///
 /// Errors: ANTUMBRA_ERROR_STATE if something has been drawn since the last antumbra_occlusion_buffer_clear,
 /// ANTUMBRA_ERROR_INVALID_ARGUMENT, ANTUMBRA_ERROR_BUSY.
@@ -163,10 +164,10 @@ pub extern "C" fn antumbra_occlusion_buffer_draw(
     })
 }
 
-/// Draws an occluder that lets light through. Several of them combine, and where what they let through may be ignored, what is behind
-/// the farthest of them is hidden. Where accuracy is exact, this does nothing.
+/// Draws an occluder that lets light through. Several of them combine, and where what they let through may be ignored, what is
+/// behind the farthest of them is hidden. Where accuracy is exact, this does nothing.
 ///
-/// opacity: from 0, all light passes, to 1.
+/// @param opacity From 0, all light passes, to 1.
 ///
 /// Errors: as antumbra_occlusion_buffer_draw.
 #[unsafe(no_mangle)]
@@ -203,7 +204,8 @@ pub extern "C" fn antumbra_occlusion_buffer_finish(
 
 /// Asks whether world boxes are hidden. One call with many boxes is quicker than many calls.
 ///
-/// boxes, visibilities: count of each; they must not overlap. A box that reaches the near plane, or is not finite, is visible.
+/// @param boxes, visibilities count of each; they must not overlap. A box that reaches the near plane, or is not finite, is
+///     visible.
 ///
 /// Errors: ANTUMBRA_ERROR_BUSY.
 #[unsafe(no_mangle)]
@@ -223,7 +225,8 @@ pub extern "C" fn antumbra_occlusion_buffer_test_boxes(
 
 /// Asks whether boxes with any orientation are hidden.
 ///
-/// boxes, visibilities: count of each; they must not overlap. A box that reaches the near plane, or is not finite, is visible.
+/// @param boxes, visibilities count of each; they must not overlap. A box that reaches the near plane, or is not finite, is
+///     visible.
 ///
 /// Errors: ANTUMBRA_ERROR_BUSY.
 #[unsafe(no_mangle)]
@@ -245,7 +248,7 @@ pub extern "C" fn antumbra_occlusion_buffer_test_oriented_boxes(
 
 /// Asks whether a ball is hidden.
 ///
-/// center: three numbers, world coordinates. A ball that reaches the near plane, or is not finite, is visible.
+/// @param center Three numbers, world coordinates. A ball that reaches the near plane, or is not finite, is visible.
 ///
 /// Errors: ANTUMBRA_ERROR_BUSY.
 #[unsafe(no_mangle)]
@@ -266,8 +269,10 @@ pub extern "C" fn antumbra_occlusion_buffer_test_sphere(
 
 /// Asks whether something is hidden of which only a rectangle on screen is known.
 ///
-/// x, y: first and last column and row, two numbers each, in pixels from the upper left corner of the picture, fractions allowed.
-/// nearest_distance: of its nearest point along the view, scene units. What is not in order or not beyond the near plane is visible.
+/// @param x, y First and last column and row, two numbers each, in pixels from the upper left corner of the picture, fractions
+///     allowed.
+/// @param nearest_distance Of its nearest point along the view, scene units. What is not in order or not beyond the near plane is
+///     visible.
 ///
 /// Errors: ANTUMBRA_ERROR_BUSY.
 #[unsafe(no_mangle)]
@@ -288,10 +293,10 @@ pub extern "C" fn antumbra_occlusion_buffer_test_rectangle(
     })
 }
 
-/// Copies the depth of what is drawn so far, pixel by pixel, row by row from the upper left corner: no pixel's occluder is farther than that.
-/// Depths are the larger the nearer; see AntumbraProjectionKind. Where nothing is drawn it is -INFINITY.
+/// Copies the depth of what is drawn so far, pixel by pixel, row by row from the upper left corner: no pixel's occluder is
+/// farther than that. Depths are the larger the nearer; see AntumbraProjectionKind. Where nothing is drawn it is -INFINITY.
 ///
-/// depths: room for count numbers, which must be width * height.
+/// @param depths Room for count numbers, which must be width * height.
 ///
 /// Errors: ANTUMBRA_ERROR_INVALID_ARGUMENT if count is another number, ANTUMBRA_ERROR_BUSY.
 #[unsafe(no_mangle)]
@@ -334,8 +339,8 @@ pub extern "C" fn antumbra_occlusion_buffer_hash(
     })
 }
 
-/// How many pixels of the picture are ignored because accuracy is approximate: no other pixel can be wrong, if the map is as large
-/// as the picture or the distribution factor is 1.
+/// How many pixels of the picture are ignored because accuracy is approximate: no other pixel can be wrong, if the map is as
+/// large as the picture or the distribution factor is 1.
 ///
 /// Errors: ANTUMBRA_ERROR_BUSY.
 #[unsafe(no_mangle)]

@@ -8,10 +8,11 @@ use antumbra::prepare::{ArchiveError, Prepared};
 use antumbra::scene::{Scene, SceneError};
 use antumbra::threads::Threads;
 
-use crate::arguments::{empty, required};
+use crate::arguments::{empty, required, within};
 use crate::borrow::path;
 use crate::handle::is_shared_by_threads;
 use crate::questions::AntumbraBox;
+use crate::settings::MOST_THREADS;
 use crate::status::AntumbraStatus::{
     ANTUMBRA_ERROR_FILE, ANTUMBRA_ERROR_IO, ANTUMBRA_ERROR_SCENE, ANTUMBRA_ERROR_THREADS,
 };
@@ -71,6 +72,7 @@ impl From<ArchiveError> for Error {
 
 /// Threads for the time of a call; 0: as many as the machine runs at once.
 pub fn threads(count: u32) -> Result<Threads, Error> {
+    let count = within(count, 0..=MOST_THREADS, "threads")?;
     Threads::new(count as usize).map_err(no_threads)
 }
 
@@ -80,11 +82,14 @@ pub fn no_threads(error: impl std::fmt::Display) -> Error {
 }
 
 /// Loads a scene (.glb, .gltf or .obj) and prepares it, which takes seconds for a million triangles; or an archive, which
-/// antumbra_scene_save or `antumbra prepare` wrote, in a fraction of that. An object is a node with a mesh, or a group of an OBJ file.
+/// antumbra_scene_save or `antumbra prepare` wrote, in a fraction of that. An object is a node with a mesh, or a group of an OBJ
+/// file.
 ///
-/// file: UTF-8. An archive is mapped into memory: nobody may write into the file while the scene or a culler of it lives (to replace
-/// it is fine). threads: that may work at it, 0 for as many as the machine runs at once; they have ended when the call has. The result
-/// is the same for any number. scene: is given a scene, to be destroyed by antumbra_scene_destroy; NULL if there is an error.
+/// @param file UTF-8. An archive is mapped into memory: nobody may write into the file while the scene or a culler of it lives
+///     (to replace it is fine).
+/// @param threads How many may work at it, up to 1024; 0 for as many as the machine runs at once. They have ended when the
+///     call has. The result is the same for any number.
+/// @param scene Is given a scene, to be destroyed by antumbra_scene_destroy; NULL if there is an error.
 ///
 /// Errors: ANTUMBRA_ERROR_UTF8, ANTUMBRA_ERROR_IO, ANTUMBRA_ERROR_FILE, ANTUMBRA_ERROR_THREADS.
 #[unsafe(no_mangle)]
@@ -102,10 +107,10 @@ pub extern "C" fn antumbra_scene_load(
     })
 }
 
-/// Writes an archive of a scene. A file of that name is replaced when all is written, and stays as it is if that fails. The same scene gives
-/// the same bytes on every machine.
+/// Writes an archive of a scene. A file of that name is replaced when all is written, and stays as it is if that fails. The same
+/// scene gives the same bytes on every machine.
 ///
-/// file: UTF-8; by custom it ends in .antumbra.
+/// @param file UTF-8; by custom it ends in .antumbra.
 ///
 /// Errors: ANTUMBRA_ERROR_UTF8, ANTUMBRA_ERROR_IO.
 #[unsafe(no_mangle)]
@@ -126,8 +131,8 @@ pub extern "C" fn antumbra_scene_destroy(scene: Option<Box<AntumbraScene>>) {
     drop(scene);
 }
 
-/// How many objects a scene has, which are numbered from 0 in the order of their file or of antumbra_scene_builder_add_object; 0 if scene is
-/// NULL.
+/// How many objects a scene has, which are numbered from 0 in the order of their file or of antumbra_scene_builder_add_object; 0
+/// if scene is NULL.
 #[unsafe(no_mangle)]
 pub extern "C" fn antumbra_scene_object_count(scene: Option<&AntumbraScene>) -> u32 {
     scene.map_or(0, |scene| scene.scene().objects().len() as u32)

@@ -170,6 +170,9 @@ pub struct AntumbraSettings {
 /// No version will have more bytes of settings: what says so was never initialised.
 const LARGEST: u64 = 1 << 16;
 
+/// The most threads that can be asked for.
+pub(crate) const MOST_THREADS: u32 = 1024;
+
 const ACCURACIES: [(u32, bool); 2] = [
     (ANTUMBRA_EXACT as u32, true),
     (ANTUMBRA_APPROXIMATE as u32, false),
@@ -335,7 +338,7 @@ impl AntumbraSettings {
             },
             frames_back: chosen(self.frames_back, &backs, "frames_back")?,
             most_passes: or_all(self.most_passes).unwrap_or(u32::MAX),
-            threads: within(self.threads, 0..=1024, "threads")? as usize,
+            threads: within(self.threads, 0..=MOST_THREADS, "threads")? as usize,
             level: level(self.level)?,
         })
     }
@@ -344,7 +347,7 @@ impl AntumbraSettings {
 /// Fills in the defaults: exact, by contribution, with a budget chosen by counted work, on all threads, at the best level. What
 /// remains to be set are width and height.
 ///
-/// struct_size: sizeof(AntumbraSettings).
+/// @param struct_size sizeof(AntumbraSettings).
 ///
 /// Errors: ANTUMBRA_ERROR_STRUCT_SIZE.
 #[unsafe(no_mangle)]

@@ -118,8 +118,9 @@ pub fn guard(call: impl FnOnce() -> Result<(), Error>) -> AntumbraStatus {
     }
 }
 
-/// What was wrong with the last call on this thread that failed: a sentence in UTF-8 for people, which names the argument, file or
-/// object, and what to do. It is empty if none failed yet. It is valid until the next call on this thread that fails, and never NULL.
+/// What was wrong with the last call on this thread that failed: a sentence in UTF-8 for people, which names the argument, file
+/// or object, and what to do. It is empty if none failed yet. It is valid until the next call on this thread that fails, and
+/// never NULL.
 #[unsafe(no_mangle)]
 pub extern "C" fn antumbra_last_error() -> *const c_char {
     const NONE: *const c_char = c"".as_ptr();

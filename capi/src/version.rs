@@ -15,8 +15,8 @@ const VERSION: &CStr =
         Err(_) => panic!("a version has no NUL"),
     };
 
-/// The library's version, such as "0.1.0"; valid forever. It can differ from the header's ANTUMBRA_VERSION_MAJOR, _MINOR and _PATCH where
-/// the library is shared.
+/// The library's version, such as "0.1.0"; valid forever. It can differ from the header's ANTUMBRA_VERSION_MAJOR, _MINOR and
+/// _PATCH where the library is shared.
 #[unsafe(no_mangle)]
 pub extern "C" fn antumbra_version() -> *const c_char {
     VERSION.as_ptr()

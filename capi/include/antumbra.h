@@ -359,6 +359,36 @@ typedef enum {
 } AntumbraAnswer;
 
 /**
+ * What a frame did not do, and why.
+ */
+typedef enum {
+    /**
+     * The whole frame: neither the camera nor anything in the scene has changed since the last one, whose answer holds.
+     */
+    ANTUMBRA_SKIPPED_EVERYTHING = 1,
+    /**
+     * All of the picture but what objects touch that have moved: nothing else has.
+     */
+    ANTUMBRA_SKIPPED_ELSEWHERE = 2,
+    /**
+     * Occlusion: what is in the frustum covers too little of the picture to hide much.
+     */
+    ANTUMBRA_SKIPPED_LITTLE_COVERS = 4,
+    /**
+     * Occlusion: in the last frames that tried, what was hidden would have cost less to draw than it cost to find.
+     */
+    ANTUMBRA_SKIPPED_LITTLE_HIDDEN = 8,
+    /**
+     * Asking about objects one by one that cost less to draw.
+     */
+    ANTUMBRA_SKIPPED_DEARER_THAN_DRAWING = 16,
+    /**
+     * The pyramid of occlusion maps: nothing needs it where no hole may be ignored.
+     */
+    ANTUMBRA_SKIPPED_PYRAMID = 32,
+} AntumbraSkips;
+
+/**
  * The cameras of consecutive frames, from a file. It never changes: any number of threads may use it at once.
  */
 typedef struct AntumbraCameraPath AntumbraCameraPath;
@@ -595,7 +625,35 @@ typedef struct {
      * An AntumbraLevel. The visible set is the same for any.
      */
     uint32_t level;
+    /**
+     * 0 or 1: whether a frame takes from the last one's answer what still holds: all of it where neither the camera nor the scene has
+     * changed, and all but what they touch where a few objects have moved. A budget of time has every frame find out everything.
+     */
+    uint32_t reuse;
+    /**
+     * 0.
+     */
+    uint32_t reserved;
 } AntumbraSettings;
+
+/**
+ * Where an object goes.
+ */
+typedef struct {
+    /**
+     * The object.
+     */
+    uint32_t object;
+    /**
+     * 0 or 1: whether its box is to hold it where it was as well, for who draws it in between: a picture that is late, or blurred by
+     * motion. Until its next move it hides nothing then, since nobody knows where it is.
+     */
+    uint32_t swept;
+    /**
+     * From its mesh's local coordinates to the world's, from now on: 16 numbers, column by column, whose last row is 0 0 0 1.
+     */
+    double world_from_local[16];
+} AntumbraMove;
 
 /**
  * Counts and times of one frame. Later versions may have more fields at the end.
@@ -641,6 +699,10 @@ typedef struct {
      * Pixels of holes that approximate accuracy ignored.
      */
     uint64_t ignored_pixels;
+    /**
+     * The steps that the frame skipped: AntumbraSkips, added up.
+     */
+    uint64_t skipped;
     /**
      * Nanoseconds for frustum culling, and choosing and sorting occluders. The four times together are the whole frame.
      */
@@ -1036,7 +1098,7 @@ AntumbraStatus antumbra_culler_create(const AntumbraScene *scene,
                                       AntumbraCuller **culler);
 
 /**
- * Makes another culler for the same scene, with other settings and nothing remembered, for another view. What is known of the
+ * Makes another culler for the same scene as it is now, with other settings and nothing remembered, for another view. What is known of the
  * scene is shared; either may be destroyed first.
  *
  * Errors: as antumbra_culler_create.
@@ -1096,6 +1158,26 @@ AntumbraStatus antumbra_culler_visibility_levels(AntumbraCuller *culler,
 AntumbraStatus antumbra_culler_appearances(AntumbraCuller *culler,
                                            const uint32_t **objects,
                                            size_t *count);
+
+/**
+ * Moves objects, occluders among them: from the next frame on they are where they go, in every way, for this culler alone.
+ * antumbra_scene_object_bounds tells where they were. The first call copies the scene, but for its meshes.
+ *
+ * Errors: ANTUMBRA_ERROR_OUT_OF_RANGE if there is no such object, ANTUMBRA_ERROR_INVALID_ARGUMENT if a matrix is not finite and affine,
+ * ANTUMBRA_ERROR_SCENE if one leads beyond coordinates of 2^100, ANTUMBRA_ERROR_BUSY. Nothing has moved then.
+ */
+AntumbraStatus antumbra_culler_move_objects(AntumbraCuller *culler,
+                                            const AntumbraMove *moves,
+                                            size_t count);
+
+/**
+ * Makes pictures of another size from the next frame on. What is remembered stays.
+ *
+ * @param width, height In pixels, from 1 to 16384.
+ *
+ * Errors: ANTUMBRA_ERROR_INVALID_ARGUMENT if the size is none, ANTUMBRA_ERROR_BUSY.
+ */
+AntumbraStatus antumbra_culler_resize(AntumbraCuller *culler, uint32_t width, uint32_t height);
 
 /**
  * Says how much an object stands out against what may hide it, from 0, as at first, to 1: a lamp behind leaves. Where holes are

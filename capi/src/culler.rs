@@ -1,14 +1,16 @@
 //! The culler: a scene, culled frame by frame.
 
 use std::mem::MaybeUninit;
+use std::sync::Arc;
 
 use antumbra::cull::{Appearances, Culler, VisibleSet};
 use antumbra::occlusion::OcclusionBuffer;
-use antumbra::view::Camera;
+use antumbra::scene::Move;
+use antumbra::view::{Camera, PictureSize};
 use bytemuck::bytes_of;
 
-use crate::arguments::{ListPlace, empty, required, within};
-use crate::borrow::{handle, room};
+use crate::arguments::{ListPlace, affine, chosen, empty, required, within};
+use crate::borrow::{handle, list, room};
 use crate::camera::AntumbraCamera;
 use crate::culler_clusters::Clusters;
 use crate::handle::Locked;
@@ -27,27 +29,32 @@ pub struct AntumbraCuller(pub(crate) Locked<Frames>);
 /// A culler and its last frame.
 pub(crate) struct Frames {
     pub culler: Culler,
-    /// Of the last frame; none before the first.
+    /// See [`AntumbraScene::identity`].
+    pub scene: Arc<()>,
+    /// Of the last frame; none before the first, and before the first of another size.
     pub camera: Option<Camera>,
     pub found: VisibleSet,
     pub clusters: Clusters,
     appearances: Appearances,
     in_frustum: Vec<u32>,
     levels: Vec<f32>,
+    moves: Vec<Move>,
 }
 
-const NO_FRAME: &str = "nothing has been culled yet: call antumbra_culler_cull first";
+const NO_FRAME: &str = "there is no frame yet: call antumbra_culler_cull first";
 
 impl Frames {
-    fn boxed(culler: Culler) -> Box<AntumbraCuller> {
+    fn boxed(culler: Culler, scene: Arc<()>) -> Box<AntumbraCuller> {
         Box::new(AntumbraCuller(Locked::new(Frames {
             culler,
+            scene,
             camera: None,
             found: VisibleSet::default(),
             clusters: Clusters::default(),
             appearances: Appearances::default(),
             in_frustum: Vec::new(),
             levels: Vec::new(),
+            moves: Vec::new(),
         })))
     }
 
@@ -81,12 +88,12 @@ pub extern "C" fn antumbra_culler_create(
         let scene = required(scene, "scene")?;
         let settings = AntumbraSettings::read(settings)?;
         let culler = Culler::with_prepared(&scene.prepared, settings).map_err(no_threads)?;
-        *place = Some(Frames::boxed(culler));
+        *place = Some(Frames::boxed(culler, scene.identity.clone()));
         Ok(())
     })
 }
 
-/// Makes another culler for the same scene, with other settings and nothing remembered, for another view. What is known of the
+/// Makes another culler for the same scene as it is now, with other settings and nothing remembered, for another view. What is known of the
 /// scene is shared; either may be destroyed first.
 ///
 /// Errors: as antumbra_culler_create.
@@ -101,7 +108,7 @@ pub extern "C" fn antumbra_culler_another(
         let frames = required(culler, "culler")?.0.read()?;
         let settings = AntumbraSettings::read(settings)?;
         let another = frames.culler.another(settings).map_err(no_threads)?;
-        *place = Some(Frames::boxed(another));
+        *place = Some(Frames::boxed(another, frames.scene.clone()));
         Ok(())
     })
 }
@@ -204,6 +211,82 @@ pub extern "C" fn antumbra_culler_appearances(
                 .appearances
                 .of_frame(scene, &camera, size, &frames.found),
         );
+        Ok(())
+    })
+}
+
+/// Where an object goes.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct AntumbraMove {
+    /// The object.
+    pub object: u32,
+    /// 0 or 1: whether its box is to hold it where it was as well, for who draws it in between: a picture that is late, or blurred by
+    /// motion. Until its next move it hides nothing then, since nobody knows where it is.
+    pub swept: u32,
+    /// From its mesh's local coordinates to the world's, from now on: 16 numbers, column by column, whose last row is 0 0 0 1.
+    pub world_from_local: [f64; 16],
+}
+
+impl AntumbraMove {
+    fn checked(&self, objects: usize) -> Result<Move, Error> {
+        if self.object as usize >= objects {
+            return Err(Error::out_of_range("object", self.object, objects));
+        }
+        Ok(Move {
+            object: self.object,
+            world_from_local: affine(self.world_from_local.as_ptr(), "world_from_local")?,
+            swept: chosen(self.swept, &[(0, false), (1, true)], "swept")?,
+        })
+    }
+}
+
+/// Moves objects, occluders among them: from the next frame on they are where they go, in every way, for this culler alone.
+/// antumbra_scene_object_bounds tells where they were. The first call copies the scene, but for its meshes.
+///
+/// Errors: ANTUMBRA_ERROR_OUT_OF_RANGE if there is no such object, ANTUMBRA_ERROR_INVALID_ARGUMENT if a matrix is not finite and affine,
+/// ANTUMBRA_ERROR_SCENE if one leads beyond coordinates of 2^100, ANTUMBRA_ERROR_BUSY. Nothing has moved then.
+#[unsafe(no_mangle)]
+pub extern "C" fn antumbra_culler_move_objects(
+    culler: *mut AntumbraCuller,
+    moves: *const AntumbraMove,
+    count: usize,
+) -> AntumbraStatus {
+    guard(|| {
+        let mut frames = handle(culler, "culler")?.0.write()?;
+        let Frames {
+            culler,
+            moves: places,
+            ..
+        } = &mut *frames;
+        let objects = culler.scene().objects().len();
+        places.clear();
+        for to in list(moves, count, "moves")? {
+            places.push(to.checked(objects)?);
+        }
+        culler.move_objects(places)?;
+        Ok(())
+    })
+}
+
+/// Makes pictures of another size from the next frame on. What is remembered stays.
+///
+/// @param width, height In pixels, from 1 to 16384.
+///
+/// Errors: ANTUMBRA_ERROR_INVALID_ARGUMENT if the size is none, ANTUMBRA_ERROR_BUSY.
+#[unsafe(no_mangle)]
+pub extern "C" fn antumbra_culler_resize(
+    culler: *mut AntumbraCuller,
+    width: u32,
+    height: u32,
+) -> AntumbraStatus {
+    guard(|| {
+        let mut frames = handle(culler, "culler")?.0.write()?;
+        let size = PictureSize::new(width, height)?;
+        if size != frames.culler.settings().size {
+            frames.culler.resize(size);
+            frames.camera = None;
+        }
         Ok(())
     })
 }

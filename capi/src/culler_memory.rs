@@ -4,7 +4,6 @@ use std::mem::MaybeUninit;
 use std::sync::Arc;
 
 use antumbra::cull::Remembered;
-use antumbra::scene::Scene;
 
 use crate::arguments::{empty, required};
 use crate::borrow::handle;
@@ -16,8 +15,8 @@ use crate::status::{AntumbraStatus, Error, guard};
 /// nothing, so to recall what does not fit costs time alone.
 pub struct AntumbraMemory {
     remembered: Remembered,
-    /// Numbers of objects and clusters mean nothing in another one.
-    scene: Arc<Scene>,
+    /// Of the scene: numbers of objects and clusters mean nothing in another one.
+    scene: Arc<()>,
 }
 
 const _: () = is_shared_by_threads::<AntumbraMemory>();
@@ -48,7 +47,7 @@ pub extern "C" fn antumbra_culler_remember(
         let frames = required(culler, "culler")?.0.read()?;
         *place = Some(Box::new(AntumbraMemory {
             remembered: frames.culler.remembered().clone(),
-            scene: frames.culler.scene().clone(),
+            scene: frames.scene.clone(),
         }));
         Ok(())
     })
@@ -65,7 +64,7 @@ pub extern "C" fn antumbra_culler_recall(
     guard(|| {
         let mut frames = handle(culler, "culler")?.0.write()?;
         let memory = required(memory, "memory")?;
-        if !Arc::ptr_eq(frames.culler.scene(), &memory.scene) {
+        if !Arc::ptr_eq(&frames.scene, &memory.scene) {
             return Err(Error::invalid("the memory is of another scene"));
         }
         frames.culler.recall(&memory.remembered);

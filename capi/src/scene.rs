@@ -22,6 +22,8 @@ use crate::status::{AntumbraStatus, Error, c_string, guard};
 /// the cullers that were made of it.
 pub struct AntumbraScene {
     pub(crate) prepared: Prepared,
+    /// What cullers of this scene have in common, also when its objects have moved.
+    pub(crate) identity: Arc<()>,
     /// Strings for C, made when somebody asks for them.
     names: OnceLock<Vec<CString>>,
     warnings: OnceLock<Vec<CString>>,
@@ -33,6 +35,7 @@ impl From<Prepared> for AntumbraScene {
     fn from(prepared: Prepared) -> AntumbraScene {
         AntumbraScene {
             prepared,
+            identity: Arc::new(()),
             names: OnceLock::new(),
             warnings: OnceLock::new(),
         }

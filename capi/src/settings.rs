@@ -165,6 +165,11 @@ pub struct AntumbraSettings {
     pub threads: u32,
     /// An AntumbraLevel. The visible set is the same for any.
     pub level: u32,
+    /// 0 or 1: whether a frame takes from the last one's answer what still holds: all of it where neither the camera nor the scene has
+    /// changed, and all but what they touch where a few objects have moved. A budget of time has every frame find out everything.
+    pub reuse: u32,
+    /// 0.
+    pub reserved: u32,
 }
 
 /// No version will have more bytes of settings: what says so was never initialised.
@@ -252,6 +257,7 @@ impl AntumbraSettings {
             frames_back: FramesBack::default().count(),
             least_compactness: Weighing::default().least_compactness,
             nth: 1,
+            reuse: 1,
             ..AntumbraSettings::zeroed()
         }
     }
@@ -315,6 +321,7 @@ impl AntumbraSettings {
     }
 
     fn checked(&self) -> Result<Settings, Error> {
+        within(self.reserved, 0..=0, "reserved")?;
         let approximation = self.approximation.checked()?;
         let accuracy = match chosen(self.accuracy, &ACCURACIES, "accuracy")? {
             true => Accuracy::Exact,
@@ -340,6 +347,7 @@ impl AntumbraSettings {
             most_passes: or_all(self.most_passes).unwrap_or(u32::MAX),
             threads: within(self.threads, 0..=MOST_THREADS, "threads")? as usize,
             level: level(self.level)?,
+            reuse: chosen(self.reuse, &flags, "reuse")?,
         })
     }
 }
@@ -440,7 +448,7 @@ mod tests {
 
     #[test]
     fn what_makes_no_sense_is_refused_field_by_field() {
-        let wrong: [fn(&mut AntumbraSettings); 22] = [
+        let wrong: [fn(&mut AntumbraSettings); 24] = [
             |s| s.struct_size = 0,
             |s| s.struct_size -= 8,
             |s| s.struct_size = u64::MAX,
@@ -463,6 +471,8 @@ mod tests {
             |s| s.nth = 0,
             |s| s.threads = 1025,
             |s| s.level = 6,
+            |s| s.reuse = 2,
+            |s| s.reserved = 1,
         ];
         for (case, spoil) in wrong.iter().enumerate() {
             let mut settings = AntumbraSettings::defaults();

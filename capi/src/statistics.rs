@@ -1,7 +1,40 @@
 //! What a frame did.
 
-use antumbra::cull::VisibleSet;
+use antumbra::cull::{Skip, VisibleSet};
 use bytemuck::{Pod, Zeroable};
+
+/// What a frame did not do, and why.
+#[repr(C)]
+#[derive(Clone, Copy)]
+#[allow(non_camel_case_types, reason = "these are the names in C")]
+pub enum AntumbraSkips {
+    /// The whole frame: neither the camera nor anything in the scene has changed since the last one, whose answer holds.
+    ANTUMBRA_SKIPPED_EVERYTHING = 1,
+    /// All of the picture but what objects touch that have moved: nothing else has.
+    ANTUMBRA_SKIPPED_ELSEWHERE = 2,
+    /// Occlusion: what is in the frustum covers too little of the picture to hide much.
+    ANTUMBRA_SKIPPED_LITTLE_COVERS = 4,
+    /// Occlusion: in the last frames that tried, what was hidden would have cost less to draw than it cost to find.
+    ANTUMBRA_SKIPPED_LITTLE_HIDDEN = 8,
+    /// Asking about objects one by one that cost less to draw.
+    ANTUMBRA_SKIPPED_DEARER_THAN_DRAWING = 16,
+    /// The pyramid of occlusion maps: nothing needs it where no hole may be ignored.
+    ANTUMBRA_SKIPPED_PYRAMID = 32,
+}
+
+use AntumbraSkips::*;
+
+const SKIPS: [(AntumbraSkips, Skip); 6] = [
+    (ANTUMBRA_SKIPPED_EVERYTHING, Skip::Everything),
+    (ANTUMBRA_SKIPPED_ELSEWHERE, Skip::Elsewhere),
+    (ANTUMBRA_SKIPPED_LITTLE_COVERS, Skip::OcclusionLittleCovers),
+    (ANTUMBRA_SKIPPED_LITTLE_HIDDEN, Skip::OcclusionLittleHidden),
+    (
+        ANTUMBRA_SKIPPED_DEARER_THAN_DRAWING,
+        Skip::QuestionsDearerThanDrawing,
+    ),
+    (ANTUMBRA_SKIPPED_PYRAMID, Skip::Pyramid),
+];
 
 /// Counts and times of one frame. Later versions may have more fields at the end.
 #[repr(C)]
@@ -27,6 +60,8 @@ pub struct AntumbraStatistics {
     pub objects_tested: u64,
     /// Pixels of holes that approximate accuracy ignored.
     pub ignored_pixels: u64,
+    /// The steps that the frame skipped: AntumbraSkips, added up.
+    pub skipped: u64,
     /// Nanoseconds for frustum culling, and choosing and sorting occluders. The four times together are the whole frame.
     pub select_ns: u64,
     /// Nanoseconds for asking and drawing occluders.
@@ -52,6 +87,10 @@ impl AntumbraStatistics {
             nodes_hidden: counts.nodes_hidden,
             objects_tested: counts.objects_tested,
             ignored_pixels: counts.ignored_pixels,
+            skipped: { SKIPS.iter() }
+                .filter(|(_, skip)| counts.skipped.has(*skip))
+                .map(|(flag, _)| *flag as u64)
+                .sum(),
             select_ns: ns(times.select),
             raster_ns: ns(times.raster),
             pyramid_ns: ns(times.pyramid),

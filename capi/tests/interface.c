@@ -254,6 +254,7 @@ static void frames(void)
     AntumbraCuller *culler, *another;
     AntumbraMemory *memory;
     AntumbraStatistics statistics;
+    AntumbraMove to;
     AntumbraCluster cluster;
     const AntumbraCluster *clusters;
     const AntumbraDrawnCluster *drawn;
@@ -352,7 +353,46 @@ static void frames(void)
     OK(antumbra_culler_cull(culler, &camera, &objects, &count));
     OK(antumbra_culler_buffer_hash(culler, &hash_again));
     CLAIM(hash == hash_again);
+    CLAIM(count > 0);
+    OK(antumbra_culler_cull(culler, &camera, &objects, &count));
+    OK(antumbra_culler_statistics(culler, &statistics, sizeof statistics));
+    CLAIM(statistics.skipped & ANTUMBRA_SKIPPED_EVERYTHING);
     OK(antumbra_culler_forget(culler));
+
+    /* The box comes out from behind the wall, and goes back. */
+    camera = camera_at(0);
+    memset(&to, 0, sizeof to);
+    to.object = BEHIND;
+    place(to.world_from_local, -5, 1, -3, 1, 1, 1);
+    OK(antumbra_culler_move_objects(culler, &to, 1));
+    OK(antumbra_culler_cull(culler, &camera, &objects, &count));
+    CLAIM(count == OBJECTS);
+    place(to.world_from_local, 0, 1, -3, 1, 1, 1);
+    OK(antumbra_culler_move_objects(culler, &to, 1));
+    OK(antumbra_culler_cull(culler, &camera, &objects, &count));
+    CLAIM(count == OBJECTS - 1);
+    to.world_from_local[12] = NAN;
+    FAILS(INVALID_ARGUMENT, antumbra_culler_move_objects(culler, &to, 1));
+    to.world_from_local[12] = 1e300;
+    FAILS(SCENE, antumbra_culler_move_objects(culler, &to, 1));
+    to.world_from_local[12] = 0;
+    to.swept = 2;
+    FAILS(INVALID_ARGUMENT, antumbra_culler_move_objects(culler, &to, 1));
+    to.swept = 1;
+    to.object = OBJECTS;
+    FAILS(OUT_OF_RANGE, antumbra_culler_move_objects(culler, &to, 1));
+    FAILS(NULL_POINTER, antumbra_culler_move_objects(culler, NULL, 1));
+    OK(antumbra_culler_move_objects(culler, NULL, 0));
+
+    FAILS(INVALID_ARGUMENT, antumbra_culler_resize(culler, 0, 100));
+    OK(antumbra_culler_resize(culler, 320, 192));
+    OK(antumbra_culler_statistics(culler, &statistics, sizeof statistics));
+    OK(antumbra_culler_resize(culler, 101, 67));
+    FAILS(STATE, antumbra_culler_statistics(culler, &statistics, sizeof statistics));
+    OK(antumbra_culler_cull(culler, &camera, &objects, &count));
+    CLAIM(count == OBJECTS - 1);
+    /* What is remembered is of the scene, wherever its objects are now. */
+    OK(antumbra_culler_recall(culler, memory));
 
     settings.threads = 1;
     settings.accuracy = ANTUMBRA_APPROXIMATE;

@@ -63,7 +63,9 @@ int main(int argc, char **argv)
     AntumbraStatus status;
     int code = 1;
 
-    antumbra_settings_init(&settings, sizeof settings);
+    if ((status = antumbra_settings_init(&settings, sizeof settings)) != ANTUMBRA_OK) {
+        return complain("settings", status);
+    }
     settings.width = 1280;
     settings.height = 768;
     if (argc < 3 || argc > 5 || (argc > 3 && !level_of(argv[3], &settings.level))) {

@@ -389,7 +389,7 @@ impl Culler {
     pub fn cull_into(&mut self, camera: &Camera, found: &mut VisibleSet) {
         let (world, view) = (&self.world, &mut self.view);
         in_tasks(&self.threads, |tasks| {
-            view.frame(world, tasks, camera, found)
+            view.frame(world, tasks, camera, found);
         });
     }
 

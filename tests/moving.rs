@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use antumbra::cull::{Culler, Settings, Skip, VisibleSet};
+use antumbra::cull::{Culler, Effort, Settings, Skip, VisibleSet};
 use antumbra::glam::{DAffine3, DVec3};
 use antumbra::measure::{Animation, MeasureSettings, Moving, Reference, run};
 use antumbra::prepare::Prepared;
@@ -173,7 +173,7 @@ fn a_frame_like_the_last_one_is_not_found_again() {
     let mut never = Culler::new(
         scene,
         Settings {
-            reuse: false,
+            effort: Effort::FULL,
             ..settings(1)
         },
     )
@@ -194,7 +194,7 @@ fn what_a_moved_object_touches_is_found_again() {
         let mut whole = Culler::new(
             scene.clone(),
             Settings {
-                reuse: false,
+                effort: Effort::FULL,
                 ..settings(1)
             },
         )

@@ -631,9 +631,18 @@ typedef struct {
      */
     uint32_t reuse;
     /**
-     * 0.
+     * 0 or 1: whether a frame does without occlusion where looking for what is hidden costs more than drawing it, and does not ask about
+     * objects that cost less to draw. Only where selection is by contribution.
      */
-    uint32_t reserved;
+    uint32_t skip;
+    /**
+     * What it costs to draw an object, without its triangles, in nanoseconds: a draw call. Not negative.
+     */
+    double object_price_ns;
+    /**
+     * What it costs to draw a triangle, in nanoseconds. Not negative.
+     */
+    double triangle_price_ns;
 } AntumbraSettings;
 
 /**
@@ -692,7 +701,15 @@ typedef struct {
      */
     uint64_t nodes_hidden;
     /**
-     * Boxes of objects that were tested.
+     * Objects that were asked by their rectangles.
+     */
+    uint64_t objects_asked;
+    /**
+     * Of these, those that were hidden, and all objects below hidden nodes, in the frustum or not.
+     */
+    uint64_t objects_hidden;
+    /**
+     * Boxes of objects that were tested more closely.
      */
     uint64_t objects_tested;
     /**
@@ -1230,6 +1247,8 @@ AntumbraStatus antumbra_culler_buffer_hash(const AntumbraCuller *culler, uint64_
  * @param whole_objects Is given the objects that are to be drawn as a whole, since there is more to them than clusters: they are
  *     translucent or cut out, hide nothing, or have a proxy in their place. Exact if culling is: every cluster that owns a pixel
  *     is named.
+ *
+ * A frame that leaves occlusion out names all clusters: who draws by clusters sets AntumbraSettings.skip to 0.
  *
  * Errors: ANTUMBRA_ERROR_STATE if nothing has been culled yet, ANTUMBRA_ERROR_BUSY.
  */

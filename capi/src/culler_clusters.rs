@@ -61,6 +61,8 @@ impl From<ClusterId> for AntumbraCluster {
 ///     translucent or cut out, hide nothing, or have a proxy in their place. Exact if culling is: every cluster that owns a pixel
 ///     is named.
 ///
+/// A frame that leaves occlusion out names all clusters: who draws by clusters sets AntumbraSettings.skip to 0.
+///
 /// Errors: ANTUMBRA_ERROR_STATE if nothing has been culled yet, ANTUMBRA_ERROR_BUSY.
 #[unsafe(no_mangle)]
 pub extern "C" fn antumbra_culler_visible_clusters(

@@ -7,7 +7,7 @@ use std::mem::MaybeUninit;
 use std::num::NonZeroU32;
 use std::time::Duration;
 
-use antumbra::cull::Settings;
+use antumbra::cull::{Effort, Prices, Settings};
 use antumbra::occluders::{Budget, FramesBack, Selection, Weighing};
 use antumbra::occlusion::{Accuracy, Approximation, DepthRepresentation, MOST_NTH};
 use antumbra::prepare::StaticCriteria;
@@ -168,8 +168,13 @@ pub struct AntumbraSettings {
     /// 0 or 1: whether a frame takes from the last one's answer what still holds: all of it where neither the camera nor the scene has
     /// changed, and all but what they touch where a few objects have moved. A budget of time has every frame find out everything.
     pub reuse: u32,
-    /// 0.
-    pub reserved: u32,
+    /// 0 or 1: whether a frame does without occlusion where looking for what is hidden costs more than drawing it, and does not ask about
+    /// objects that cost less to draw. Only where selection is by contribution.
+    pub skip: u32,
+    /// What it costs to draw an object, without its triangles, in nanoseconds: a draw call. Not negative.
+    pub object_price_ns: f64,
+    /// What it costs to draw a triangle, in nanoseconds. Not negative.
+    pub triangle_price_ns: f64,
 }
 
 /// No version will have more bytes of settings: what says so was never initialised.
@@ -258,6 +263,9 @@ impl AntumbraSettings {
             least_compactness: Weighing::default().least_compactness,
             nth: 1,
             reuse: 1,
+            skip: 1,
+            object_price_ns: Prices::default().object,
+            triangle_price_ns: Prices::default().triangle,
             ..AntumbraSettings::zeroed()
         }
     }
@@ -321,7 +329,6 @@ impl AntumbraSettings {
     }
 
     fn checked(&self) -> Result<Settings, Error> {
-        within(self.reserved, 0..=0, "reserved")?;
         let approximation = self.approximation.checked()?;
         let accuracy = match chosen(self.accuracy, &ACCURACIES, "accuracy")? {
             true => Accuracy::Exact,
@@ -347,7 +354,14 @@ impl AntumbraSettings {
             most_passes: or_all(self.most_passes).unwrap_or(u32::MAX),
             threads: within(self.threads, 0..=MOST_THREADS, "threads")? as usize,
             level: level(self.level)?,
-            reuse: chosen(self.reuse, &flags, "reuse")?,
+            effort: Effort {
+                reuse: chosen(self.reuse, &flags, "reuse")?,
+                skip: chosen(self.skip, &flags, "skip")?,
+                prices: Prices {
+                    object: within(self.object_price_ns, 0.0..=1e18, "object_price_ns")?,
+                    triangle: within(self.triangle_price_ns, 0.0..=1e18, "triangle_price_ns")?,
+                },
+            },
         })
     }
 }
@@ -448,7 +462,7 @@ mod tests {
 
     #[test]
     fn what_makes_no_sense_is_refused_field_by_field() {
-        let wrong: [fn(&mut AntumbraSettings); 24] = [
+        let wrong: [fn(&mut AntumbraSettings); 26] = [
             |s| s.struct_size = 0,
             |s| s.struct_size -= 8,
             |s| s.struct_size = u64::MAX,
@@ -472,7 +486,9 @@ mod tests {
             |s| s.threads = 1025,
             |s| s.level = 6,
             |s| s.reuse = 2,
-            |s| s.reserved = 1,
+            |s| s.skip = 2,
+            |s| s.object_price_ns = f64::NAN,
+            |s| s.triangle_price_ns = -1.0,
         ];
         for (case, spoil) in wrong.iter().enumerate() {
             let mut settings = AntumbraSettings::defaults();

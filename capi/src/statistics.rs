@@ -56,7 +56,11 @@ pub struct AntumbraStatistics {
     pub nodes_tested: u64,
     /// Boxes of inner nodes that were hidden, and ended their subtrees.
     pub nodes_hidden: u64,
-    /// Boxes of objects that were tested.
+    /// Objects that were asked by their rectangles.
+    pub objects_asked: u64,
+    /// Of these, those that were hidden, and all objects below hidden nodes, in the frustum or not.
+    pub objects_hidden: u64,
+    /// Boxes of objects that were tested more closely.
     pub objects_tested: u64,
     /// Pixels of holes that approximate accuracy ignored.
     pub ignored_pixels: u64,
@@ -85,6 +89,8 @@ impl AntumbraStatistics {
             passes: counts.passes,
             nodes_tested: counts.nodes_tested,
             nodes_hidden: counts.nodes_hidden,
+            objects_asked: counts.objects_asked,
+            objects_hidden: counts.objects_hidden,
             objects_tested: counts.objects_tested,
             ignored_pixels: counts.ignored_pixels,
             skipped: { SKIPS.iter() }

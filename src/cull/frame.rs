@@ -9,12 +9,15 @@ use super::draw::{
     DrawMemory, Drawn, draw_occluders, draw_recalled, draw_remembered, draw_sampled,
     draw_what_closes_gaps, recall_remembered,
 };
+use super::effort::GAP;
 use super::marks::Marks;
 use super::sampled::seen_nearby;
+use super::skips::Skip;
 use super::test::{Kept, LookMemory, NOT_LOOKED_AT, TestMemory, look_closely, not_hidden};
 use super::translucent::draw_translucent;
 use super::traverse::{
-    self, FrustumMemory, TraverseMemory, hide_subtrees, not_hidden_among, not_hidden_so_far,
+    self, FrustumMemory, MayCover, TraverseMemory, hide_subtrees, not_hidden_among,
+    not_hidden_so_far,
 };
 use super::two_passes::TwoPassMemory;
 use super::{Frame, Remembered, StageTimes, Statistics, VisibleSet, grow, share_of};
@@ -46,7 +49,7 @@ pub struct Memory {
     pub(super) draw: DrawMemory,
     frustum: FrustumMemory,
     pub(super) traverse: TraverseMemory,
-    in_frustum: Vec<u32>,
+    pub(super) in_frustum: Vec<u32>,
     /// Those of them that the last frame names as candidates.
     of_last: Vec<u32>,
     /// The keys of the occluders in the frustum, as tasks found them.
@@ -74,6 +77,8 @@ enum Selected {
     Remembered,
     /// The same, but they are largely out of the picture: it shows something else than the last.
     RememberedInPart,
+    /// Nothing: what is in the frustum is the answer.
+    Nothing,
 }
 
 impl Frame<'_> {
@@ -103,7 +108,7 @@ impl Frame<'_> {
         let mut clock = Clock::start();
         self.begin(camera, buffer, memory, found);
         memory.selected = if self.is_by_contribution() {
-            self.select_by_contribution(camera, buffer, remembered, memory)
+            self.select_by_contribution(camera, buffer, remembered, memory, found)
         } else {
             self.select_in_order(camera, &remembered.last, memory)
         };
@@ -141,6 +146,7 @@ impl Frame<'_> {
                     hide_subtrees(self, buffer, &mut memory.traverse, hidden, statistics);
                 }
             }
+            Selected::Nothing => {}
             Selected::Remembered | Selected::RememberedInPart => {
                 draw_recalled(self, buffer, &mut memory.draw, &mut drawn);
                 drawn.statistics.clusters_remembered = drawn.occluders.len() as u64;
@@ -159,6 +165,12 @@ impl Frame<'_> {
         found: &mut VisibleSet,
     ) {
         let mut clock = Clock::go_on(found);
+        if memory.selected == Selected::Nothing {
+            self.tasks.alone(Work::Finish, || buffer.finish());
+            found.visible.clear();
+            found.visible.extend_from_slice(&memory.in_frustum);
+            return clock.end(found);
+        }
         if self.settings.translucent && !self.settings.accuracy.is_exact() {
             self.tasks
                 .alone(Work::Fill, || draw_translucent(self, buffer));
@@ -176,6 +188,13 @@ impl Frame<'_> {
         clock.end(found);
     }
 
+    /// Lists what is in the frustum.
+    pub(super) fn find_in_frustum(&self, camera: &Camera, memory: &mut Memory) -> MayCover {
+        let frustum = Frustum::new(camera, self.settings.size);
+        let in_frustum = &mut memory.in_frustum;
+        traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum)
+    }
+
     /// Where everything is drawn there is nothing to choose.
     pub(super) fn is_by_contribution(&self) -> bool {
         self.settings.occluders == Selection::Contribution
@@ -183,7 +202,7 @@ impl Frame<'_> {
             && self.asks_before_drawing()
     }
 
-    fn remembers_visible(&self) -> bool {
+    pub(super) fn remembers_visible(&self) -> bool {
         let selection = self.settings.occluders;
         matches!(selection, Selection::PreviousVisible | Selection::Coherent)
     }
@@ -225,6 +244,9 @@ impl Frame<'_> {
     ) {
         found.occluders.clear();
         found.statistics = Statistics::default();
+        if self.settings.accuracy.approximation().is_none() {
+            found.statistics.skipped.add(Skip::Pyramid);
+        }
         memory.hidden.clear(self.scene.objects().len());
         buffer.set_accuracy(self.settings.accuracy);
         buffer.set_level(self.settings.level);
@@ -294,27 +316,40 @@ impl Frame<'_> {
         buffer: &OcclusionBuffer,
         remembered: &mut Remembered,
         memory: &mut Memory,
+        found: &mut VisibleSet,
     ) -> Selected {
-        remembered.seen.begin_frame(self.scene);
-        let contributions = &mut remembered.contributions;
+        let Remembered {
+            contributions,
+            seen,
+            worth,
+            ..
+        } = remembered;
+        let has_grid = seen_nearby(self, camera).is_some();
+        let is_known = !contributions.is_empty() || has_grid;
+        if !is_known || worth.pauses() {
+            let may_cover = self.find_in_frustum(camera, memory);
+            let objects = memory.in_frustum.len();
+            if let Some(skip) = self.skips_occlusion(worth, objects, may_cover, is_known) {
+                found.statistics.skipped.add(skip);
+                return Selected::Nothing;
+            }
+        }
+        seen.begin_frame(self.scene);
         if !contributions.is_empty() {
             let is_new = recall_remembered(self, contributions, buffer.screen(), &mut memory.draw);
             if !is_new {
                 return Selected::Remembered;
             }
-            remembered.seen.distrust();
+            seen.distrust();
             let frustum = Frustum::new(camera, self.settings.size);
             let in_frustum = &mut memory.in_frustum;
             traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum);
             return Selected::RememberedInPart;
         }
-        if seen_nearby(self, camera).is_some() {
+        if has_grid {
             return Selected::Sampled;
         }
-        let frustum = Frustum::new(camera, self.settings.size);
-        let in_frustum = &mut memory.in_frustum;
-        traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum);
-        let candidates = self.candidates(camera, in_frustum, &mut memory.candidates);
+        let candidates = self.candidates(camera, &memory.in_frustum, &mut memory.candidates);
         let triangles_of = |object| self.occluders.triangles_of(object);
         let eye = camera.eye();
         keep_promising(self.scene, eye, candidates, FIRST_OCCLUDERS, triangles_of);
@@ -333,6 +368,7 @@ impl Frame<'_> {
         let Remembered {
             contributions,
             seen,
+            worth,
             ..
         } = remembered;
         let VisibleSet {
@@ -387,12 +423,17 @@ impl Frame<'_> {
         undecided.sort_unstable_by_key(|(object, _)| *object);
         look_closely(self, seen, undecided, buffer, &mut memory.look, kept);
         drawn.statistics.objects_tested = seen.count_in_question(undecided);
+        if kept.iter().any(|kept| self.is_cheaper(kept.object, GAP)) {
+            let skipped = &mut drawn.statistics.skipped;
+            skipped.add(Skip::QuestionsDearerThanDrawing);
+        }
         clock.lap(|times| &mut times.test);
 
         let questions = kept.iter().filter_map(|kept| match kept.footprint {
             Footprint::Within(rect) => {
                 let is_in_question = kept.seen != NOT_LOOKED_AT && !seen.is_trusted(kept.object);
-                (is_in_question && !is_open).then_some((kept.object, rect))
+                let is_cheap = self.is_cheaper(kept.object, GAP);
+                (is_in_question && !is_open && !is_cheap).then_some((kept.object, rect))
             }
             _ => None,
         });
@@ -424,6 +465,8 @@ impl Frame<'_> {
             kept.retain(|kept| visible.binary_search(&kept.object).is_ok());
         }
         seen.note(self.scene.bvh(), undecided, kept);
+        let hidden = undecided.len() - kept.len();
+        self.judge_worth(worth, statistics, occluders.len(), hidden);
         if is_cut_short {
             contributions.keep_untried();
         }
@@ -519,7 +562,7 @@ impl Frame<'_> {
 /// Tells how long stages take.
 pub(super) struct Clock {
     since: Instant,
-    times: StageTimes,
+    pub(super) times: StageTimes,
 }
 
 impl Clock {

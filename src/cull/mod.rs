@@ -18,6 +18,7 @@ mod ask;
 mod clusters;
 mod covers;
 mod draw;
+mod effort;
 mod frame;
 mod gaps;
 mod marks;
@@ -42,6 +43,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use rayon::ThreadPoolBuildError;
+use rayon::prelude::*;
 
 use crate::occluders::{
     Budget, Contributions, DrawnCluster, FramesBack, LastFrame, Selection, Weighing,
@@ -57,6 +59,7 @@ use crate::threads::Threads;
 use crate::view::{Camera, Frustum, MapScale, PictureSize};
 
 use clusters::ClusterWalk;
+use effort::Worth;
 use occluders::Occluders;
 use reuse::Region;
 use seen::Seen;
@@ -67,6 +70,7 @@ use world::World;
 
 pub use antumbra_simd::{Level, LevelUnavailable};
 pub use appearances::Appearances;
+pub use effort::{Effort, PriceLearner, Prices};
 pub use skips::{Skip, Skips};
 pub use statistics::{StageTimes, Statistics};
 
@@ -103,10 +107,8 @@ pub struct Settings {
     pub threads: usize,
     /// The instruction set.
     pub level: Level,
-    /// Whether a frame takes from the last one's answer what still holds: all of it where neither the camera nor the scene has
-    /// changed, and all but what they touch where a few objects have moved. (The latter only if occluders are chosen by
-    /// contribution, and nothing may be lost.) A budget of time has every frame find out everything.
-    pub reuse: bool,
+    /// What a frame may leave out, and what drawing costs.
+    pub effort: Effort,
 }
 
 impl Settings {
@@ -126,7 +128,7 @@ impl Settings {
             most_passes: u32::MAX,
             threads: 0,
             level: Level::best(),
-            reuse: true,
+            effort: Effort::default(),
         }
     }
 }
@@ -152,6 +154,8 @@ pub struct Culler {
     threads: Option<Threads>,
     world: World,
     view: View,
+    /// Views that were added.
+    others: Vec<View>,
 }
 
 /// What a frame knows of those before it: what they needed, and what could be seen. It chooses occluders, and hides nothing.
@@ -160,6 +164,7 @@ pub struct Remembered {
     contributions: Contributions,
     seen: Seen,
     last: LastFrame,
+    worth: Worth,
 }
 
 /// What a frame is made of, but for what it changes.
@@ -176,6 +181,8 @@ struct Frame<'a> {
     tasks: Tasks<'a>,
     /// When no more occluders are to be drawn, if that depends on the time.
     ends: Option<Instant>,
+    /// What it costs to draw an object, on average, in nanoseconds.
+    price: f64,
     /// What is to be found out again, if the rest is known from the last frame.
     region: Option<Region>,
 }
@@ -263,11 +270,12 @@ impl Culler {
     }
 
     fn of_world(threads: Threads, world: World, settings: Settings) -> Culler {
-        world.prepare_for(&settings, &threads);
+        world.prepare_for(&settings, |work| threads.install(work));
         Culler {
             threads: (threads.current_num_threads() > 1).then_some(threads),
             world,
             view: View::new(settings),
+            others: Vec::new(),
         }
     }
 
@@ -341,6 +349,11 @@ impl Culler {
         self.view.resize(size);
     }
 
+    /// Says what drawing costs from the next frame on: as [`Settings::effort`] does at first.
+    pub fn set_prices(&mut self, prices: Prices) {
+        self.view.settings.effort.prices = prices;
+    }
+
     /// Goes back to what an earlier frame knew of those before it.
     pub fn recall(&mut self, remembered: &Remembered) {
         self.view.forget_answer();
@@ -361,6 +374,17 @@ impl Culler {
         let frame = self.frame_of(Tasks::ALONE);
         traverse::in_frustum(&frame, &frustum, &mut FrustumMemory::default(), &mut found);
         found
+    }
+
+    /// The same, into the memory of an earlier answer: frustum culling alone, as fast as it is here.
+    pub fn in_frustum_into(&mut self, camera: &Camera, found: &mut Vec<u32>) {
+        let (world, view) = (&self.world, &mut self.view);
+        in_tasks(&self.threads, |tasks| {
+            let frame = world.frame_of(&view.settings, tasks);
+            frame.find_in_frustum(camera, &mut view.memory);
+            found.clear();
+            found.extend_from_slice(&view.memory.in_frustum);
+        });
     }
 
     /// Finds what a camera may see, where given clusters are the occluders, whatever the settings say of these: each that is
@@ -393,12 +417,122 @@ impl Culler {
         });
     }
 
+    /// Adds a view of the same scene: another camera's frames, with a buffer and a memory of their own, such as those of a shadow
+    /// map, a probe, or half of a split screen. Its settings are its own but for the threads, which are shared. Returns its number
+    /// for [`Culler::cull_view`]; the culler's own view has number 0.
+    ///
+    /// What a view takes is in ARCHITECTURE.md, under "Memory"; the scene and what is known of it are not copied.
+    ///
+    /// ```
+    /// # use antumbra::cull::{Culler, Settings, VisibleSet};
+    /// # use antumbra::glam::{DAffine3, DVec3};
+    /// # use antumbra::scene::{Material, Mesh, Object, Scene, Surface};
+    /// # use antumbra::view::{Camera, PictureSize, Projection};
+    /// # let wall = Mesh {
+    /// #     name: String::new(),
+    /// #     positions: vec![[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.0, 3.0, 0.0], [0.0, 3.0, 0.0]].into(),
+    /// #     triangles: vec![[0, 1, 2], [0, 2, 3]].into(),
+    /// #     surfaces: vec![Surface { triangles: 0..2, material: Material::default() }],
+    /// # };
+    /// # let object = Object {
+    /// #     name: String::new(), mesh: 0, world_from_local: DAffine3::IDENTITY,
+    /// #     never_cull: false, never_occlude: false, occluder_proxy: None,
+    /// # };
+    /// # let scene = Scene::new(vec![wall], vec![object])?;
+    /// let settings = Settings::new(PictureSize::new(1280, 720)?);
+    /// let mut culler = Culler::new(scene.into(), settings)?;
+    /// let shadows = culler.add_view(Settings { size: PictureSize::new(1024, 1024)?, ..settings });
+    ///
+    /// let projection = Projection::Perspective { fov_y: 1.0, near: 0.1, far: None };
+    /// let eye = Camera::look_at(DVec3::new(2.0, 1.0, 9.0), DVec3::new(2.0, 1.0, 0.0), DVec3::Y, projection)?;
+    /// let sun = Camera::look_at(DVec3::new(20.0, 30.0, 40.0), DVec3::ZERO, DVec3::Y,
+    ///     Projection::Orthographic { height: 50.0, near: 0.0, far: 100.0 })?;
+    /// let mut found = [VisibleSet::default(), VisibleSet::default()];
+    /// culler.cull_views(&[eye, sun], &mut found);
+    /// assert_eq!(found[shadows].visible, [0]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn add_view(&mut self, settings: Settings) -> usize {
+        match &self.threads {
+            Some(threads) => self
+                .world
+                .prepare_for(&settings, |work| threads.install(work)),
+            None => self.world.prepare_for(&settings, |work| work()),
+        }
+        self.others.push(View::new(settings));
+        self.others.len()
+    }
+
+    /// How many views there are: one, and those that were added.
+    pub fn views(&self) -> usize {
+        1 + self.others.len()
+    }
+
+    /// What the last frame of a view drew; none before its first.
+    ///
+    /// # Panics
+    /// If there is no such view.
+    pub fn buffer_of(&self, view: usize) -> Option<&OcclusionBuffer> {
+        let view = match view {
+            0 => &self.view,
+            other => &self.others[other - 1],
+        };
+        view.buffer.as_ref()
+    }
+
+    /// Finds what a camera may see, as the next frame of a view.
+    ///
+    /// # Panics
+    /// If there is no such view.
+    pub fn cull_view(&mut self, view: usize, camera: &Camera, found: &mut VisibleSet) {
+        let world = &self.world;
+        let view = match view {
+            0 => &mut self.view,
+            other => &mut self.others[other - 1],
+        };
+        in_tasks(&self.threads, |tasks| {
+            view.frame(world, tasks, camera, found)
+        });
+    }
+
+    /// Finds what each view's camera may see: the next frame of all of them, at once. Where there are as many views as threads, each
+    /// is one thread's work; else each is all threads' work, one after another. The answers are the same.
+    ///
+    /// # Panics
+    /// If there are not as many cameras and sets as views.
+    pub fn cull_views(&mut self, cameras: &[Camera], found: &mut [VisibleSet]) {
+        let world = &self.world;
+        let views = std::iter::once(&mut self.view).chain(&mut self.others);
+        let mut views: Vec<&mut View> = views.collect();
+        assert!(views.len() == cameras.len() && views.len() == found.len());
+        let threads = { self.threads.as_ref() }
+            .filter(|threads| views.len() >= threads.current_num_threads());
+        let frames = views.par_iter_mut().zip(cameras).zip(&mut *found);
+        match threads {
+            Some(threads) => threads.install(|| {
+                frames.for_each(|((view, camera), found)| {
+                    view.frame(world, Tasks::ALONE, camera, found);
+                });
+            }),
+            None => {
+                for ((view, camera), found) in views.iter_mut().zip(cameras).zip(found) {
+                    in_tasks(&self.threads, |tasks| {
+                        view.frame(world, tasks, camera, found)
+                    });
+                }
+            }
+        }
+    }
+
     /// Which clusters of the objects that the last frame found visible may be seen: an object that reaches everywhere may be
     /// visible while most of its clusters are not. Clusters are in the order of their ids; those of an object are counted as in
     /// [`Culler::occluder_of`]. Appends the objects to `whole` that are to be drawn as a whole, since there is more to them than
     /// clusters: they are translucent or cut out, hide nothing, or have a proxy in their place.
     ///
     /// Exact if culling is: every cluster that owns a pixel is named. Nothing if there was no frame yet.
+    ///
+    /// Whether occlusion pays is asked of objects ([`Effort::skip`]), and a frame without it names all clusters: who draws by clusters
+    /// says that it is not to be left out.
     pub fn visible_clusters(&self, visible: &VisibleSet, whole: &mut Vec<u32>) -> Vec<ClusterId> {
         let mut found = Vec::new();
         let Some(buffer) = &self.view.buffer else {
@@ -444,6 +578,7 @@ impl Remembered {
         self.contributions.clear();
         self.seen.clear();
         self.last.clear();
+        self.worth.clear();
     }
 }
 

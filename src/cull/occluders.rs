@@ -3,7 +3,6 @@
 use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
-use rayon::ThreadPool;
 
 use super::Settings;
 use crate::occluders::{Contributions, Selection};
@@ -59,13 +58,20 @@ impl Occluders {
         }
     }
 
-    /// Finds out what settings ask of a scene's objects. The pool is only entered if they ask for something: a thread of another
-    /// pool would take up other work while it waits, which may be to make another culler.
-    pub fn prepare_for(&self, scene: &Scene, settings: &Settings, pool: &ThreadPool) {
+    /// Finds out what settings ask of a scene's objects. `by` does the work, and is only called if they ask for something: a thread
+    /// that enters another pool takes up other work while it waits, which may be to make another culler.
+    pub fn prepare_for(
+        &self,
+        scene: &Scene,
+        settings: &Settings,
+        by: impl FnOnce(&(dyn Fn() + Sync)),
+    ) {
         if asks_for_fitness(settings) && self.fitness.get().is_none() {
-            let fitness = pool.install(|| OccluderFitness::new(scene, &self.clusters));
-            // If another was quicker, it found the same.
-            let _ = self.fitness.set(fitness);
+            by(&|| {
+                let fitness = OccluderFitness::new(scene, &self.clusters);
+                // If another was quicker, it found the same.
+                let _ = self.fitness.set(fitness);
+            });
         }
     }
 

@@ -9,6 +9,7 @@
 
 use super::Frame;
 use super::draw::{Drawn, draw_recalled, draw_what_closes_gaps, recall_remembered};
+use super::effort::GAP;
 use super::frame::{Clock, Memory};
 use super::skips::Skip;
 use super::test::{NOT_LOOKED_AT, look_closely};
@@ -88,11 +89,15 @@ impl Frame<'_> {
         clock.end(found);
     }
 
+    /// Whether the same camera and scene give the same answer: not if there is a time to keep to, or occluders are what was visible
+    /// before.
+    pub(super) fn can_be_repeated(&self) -> bool {
+        self.settings.effort.reuse && self.ends.is_none() && !self.remembers_visible()
+    }
+
     /// Whether a part of its answer can be found anew: whether it closes gaps by what it remembers, and no hole is ignored.
     pub(super) fn can_be_in_part(&self) -> bool {
-        self.is_by_contribution()
-            && self.settings.accuracy.approximation().is_none()
-            && self.ends.is_none()
+        self.is_by_contribution() && self.settings.accuracy.approximation().is_none()
     }
 
     /// Finds out again what may be seen in a region; the rest of the answer is the last frame's, with the same camera, in which these
@@ -110,6 +115,7 @@ impl Frame<'_> {
         found.occluders.clear();
         found.statistics = Statistics::default();
         found.statistics.skipped.add(Skip::Elsewhere);
+        found.statistics.skipped.add(Skip::Pyramid);
         memory.hidden.clear(self.scene.objects().len());
         memory.kept.clear();
         clock.lap(|times| &mut times.select);
@@ -165,7 +171,8 @@ impl Frame<'_> {
         let questions = kept.iter().filter_map(|kept| match kept.footprint {
             Footprint::Within(rect) => {
                 let is_in_question = kept.seen != NOT_LOOKED_AT && !seen.is_trusted(kept.object);
-                is_in_question.then_some((kept.object, rect))
+                let is_cheap = frame.is_cheaper(kept.object, GAP);
+                (is_in_question && !is_cheap).then_some((kept.object, rect))
             }
             _ => None,
         });

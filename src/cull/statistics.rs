@@ -23,7 +23,11 @@ pub struct Statistics {
     pub nodes_tested: u64,
     /// Boxes of inner nodes that were hidden, and ended their subtrees.
     pub nodes_hidden: u64,
-    /// Boxes of objects that were tested.
+    /// Objects that were asked by their rectangles.
+    pub objects_asked: u64,
+    /// Of these, those that were hidden, and all objects below hidden nodes, in the frustum or not.
+    pub objects_hidden: u64,
+    /// Boxes of objects that were tested more closely.
     pub objects_tested: u64,
     /// Pixels of holes that approximate accuracy ignored: see
     /// [`OcclusionBuffer::ignored_pixels`](crate::occlusion::OcclusionBuffer::ignored_pixels).

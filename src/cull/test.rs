@@ -1,5 +1,6 @@
 //! The objects that all occluders together do not hide.
 
+use super::effort::CLOSE_LOOK;
 use super::seen::Seen;
 use super::{Frame, grow, share_of};
 use crate::occlusion::{Footprint, OcclusionBuffer};
@@ -146,7 +147,7 @@ fn seen_of(
     let Footprint::Within(rect) = footprint else {
         return Some(LOOKS);
     };
-    if buffer.is_hardly_covered(&rect) {
+    if buffer.is_hardly_covered(&rect) || frame.is_cheaper(object as u32, CLOSE_LOOK) {
         return Some(NOT_LOOKED_AT);
     }
     let bounds = &frame.scene.bounds()[object];

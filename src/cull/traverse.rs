@@ -6,7 +6,7 @@ use super::marks::Marks;
 use super::seen::Seen;
 use super::{Frame, Statistics, grow, share_of};
 use crate::occlusion::{Footprint, OcclusionBuffer};
-use crate::scene::{BvhNode, Scene};
+use crate::scene::{Aabb, BvhNode, Scene};
 use crate::tasks::Work;
 use crate::view::{Containment, Frustum, Planes};
 
@@ -35,19 +35,35 @@ pub struct FrustumMemory {
 struct Walk {
     stack: Vec<Pending>,
     found: Vec<u32>,
+    /// How often what is found may cover the picture, in parts of 2⁻³²: sums of these do not depend on their order.
+    covered: u64,
+    /// The same of what may cover most of it.
+    largest: u64,
 }
 
-/// Finds the objects whose boxes meet the frustum, in scene order.
+/// What objects in a frustum may cover, at a guess: by Cauchy's formula a quarter of a box's area is what it shows, seen from
+/// everywhere on average.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MayCover {
+    /// How many times they may cover the picture.
+    pub times: f64,
+    /// How much of it the largest may.
+    pub largest: f64,
+}
+
+/// Finds the objects whose boxes meet the frustum, in scene order, and what they may cover.
 pub fn in_frustum(
     frame: &Frame<'_>,
     frustum: &Frustum,
     memory: &mut FrustumMemory,
     found: &mut Vec<u32>,
-) {
+) -> MayCover {
     let scene = frame.scene;
     let FrustumMemory { walks, met } = memory;
     grow(walks, 1);
     walks[0].found.clear();
+    walks[0].covered = 0;
+    walks[0].largest = 0;
     walks[0].stack.clear();
     walks[0].stack.push(Pending {
         node: 0,
@@ -65,6 +81,8 @@ pub fn in_frustum(
         let stack = &mut first[0].stack;
         for walk in &mut others[..count - 1] {
             walk.found.clear();
+            walk.covered = 0;
+            walk.largest = 0;
             walk.stack.clear();
             if stack.len() > 1 {
                 walk.stack.extend(stack.pop());
@@ -90,13 +108,24 @@ pub fn in_frustum(
             }
         }
     });
+    let covered = walks.iter().map(|walk| walk.covered);
+    let largest = walks.iter().map(|walk| walk.largest);
+    MayCover {
+        times: covered.sum::<u64>() as f64 / PARTS,
+        largest: largest.max().unwrap_or(0) as f64 / PARTS,
+    }
 }
 
 impl Walk {
     /// Walks on until so many nodes are left to visit, or none.
     fn until(&mut self, frame: &Frame<'_>, frustum: &Frustum, pending_nodes: usize) {
         let scene = frame.scene;
-        let Walk { stack, found } = self;
+        let Walk {
+            stack,
+            found,
+            covered,
+            largest,
+        } = self;
         let mut next = 0;
         while !stack.is_empty() && stack.len() < pending_nodes {
             // What is to be shared out is walked level by level, so that the shares are alike.
@@ -113,6 +142,9 @@ impl Walk {
                     let bounds = &scene.bounds()[object as usize];
                     if frustum.contains(bounds, pending.planes) != Containment::Outside {
                         found.push(object);
+                        let part = covered_by(frustum, bounds, area_of(bounds));
+                        *covered += part;
+                        *largest = part.max(*largest);
                     }
                 }
                 continue;
@@ -123,6 +155,10 @@ impl Walk {
             };
             if planes.is_empty() {
                 found.extend_from_slice(frame.subtrees.objects(scene, pending.node));
+                let [all, most] = frame.subtrees.areas[pending.node as usize];
+                let by = |area: f32| covered_by(frustum, &node.bounds(), f64::from(area));
+                *covered += by(all);
+                *largest = by(most).max(*largest);
                 continue;
             }
             for node in [node.first + 1, node.first] {
@@ -132,10 +168,30 @@ impl Walk {
     }
 }
 
+/// The area of a box.
+fn area_of(bounds: &Aabb) -> f64 {
+    let [x, y, z] = bounds.size().to_array();
+    2.0 * (x * y + y * z + z * x)
+}
+
+/// The share of the picture that boxes of this area within bounds may cover, in parts of 2⁻³².
+fn covered_by(frustum: &Frustum, bounds: &Aabb, area: f64) -> u64 {
+    let share = area * 0.25 / frustum.picture_area_at(bounds.center());
+    // What is at the eye covers all of it; not a number covers nothing.
+    let most = 4.0;
+    ((if share < most { share } else { most }) * PARTS) as u64
+}
+
+/// Shares of the picture are counted in so many parts.
+const PARTS: f64 = (1_u64 << 32) as f64;
+
 /// The objects below each node of a scene's hierarchy: they are consecutive.
 #[derive(Debug)]
 pub struct Subtrees {
     objects: Vec<Range<u32>>,
+    /// The areas of the boxes of the objects below each node, where they were when the hierarchy was built: of all together, and of
+    /// the largest.
+    areas: Vec<[f32; 2]>,
 }
 
 impl Subtrees {
@@ -152,8 +208,22 @@ impl Subtrees {
             }
             first.first..last.first + last.count
         };
+        let mut areas = vec![[0.0; 2]; nodes.len()];
+        let both = |[a, b]: [f32; 2], [c, d]: [f32; 2]| [a + c, if d > b { d } else { b }];
+        for (i, node) in nodes.iter().enumerate().rev() {
+            areas[i] = if node.is_leaf() {
+                let of_object =
+                    |&object: &u32| [area_of(&scene.bounds()[object as usize]) as f32; 2];
+                let of_objects = objects_of(scene, node).iter().map(of_object);
+                of_objects.fold([0.0; 2], both)
+            } else {
+                let first = node.first as usize;
+                both(areas[first], areas[first + 1])
+            };
+        }
         Subtrees {
             objects: nodes.iter().map(range).collect(),
+            areas,
         }
     }
 
@@ -239,6 +309,10 @@ pub fn not_hidden_so_far(
     for look in look(frame, Some(seen), buffer, memory) {
         statistics.nodes_tested += look.tested;
         statistics.nodes_hidden += look.hidden.len() as u64;
+        let below = look.hidden.iter().map(|&node| frame.subtrees.len(node));
+        let hidden = look.objects.len() - look.undecided.len();
+        statistics.objects_hidden += (below.sum::<usize>() + hidden) as u64;
+        statistics.objects_asked += look.objects.len() as u64;
         undecided.extend_from_slice(&look.undecided);
     }
 }

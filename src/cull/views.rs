@@ -81,7 +81,7 @@ impl View {
         let buffer = buffer.get_or_insert_with(|| new_buffer(settings, camera));
         let known = last
             .as_ref()
-            .filter(|last| settings.reuse && last.camera == *camera && frame.ends.is_none());
+            .filter(|last| frame.can_be_repeated() && last.camera == *camera);
         let since = known.and_then(|last| Some((last, world.changes.since(last.changes)?)));
         if let Some((last, moves)) = since {
             if moves.clone().next().is_none() {

@@ -3,8 +3,6 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use rayon::ThreadPool;
-
 use super::occluders::Occluders;
 use super::traverse::Subtrees;
 use super::{Frame, Settings};
@@ -22,6 +20,8 @@ pub struct World {
     /// Objects that stand out, in scene order, and how much.
     salient: Vec<(u32, f32)>,
     pub changes: Changes,
+    /// How many triangles an object has, on average.
+    mean_triangles: f64,
 }
 
 /// So many moves of objects are noted. Who has missed more has to look at everything again.
@@ -70,6 +70,7 @@ impl World {
     pub fn new(prepared: &Prepared) -> World {
         let scene = prepared.scene().clone();
         World {
+            mean_triangles: scene.triangle_count() as f64 / scene.objects().len() as f64,
             subtrees: Arc::new(Subtrees::new(&scene)),
             scene,
             occluders: Arc::new(Occluders::new(prepared)),
@@ -79,9 +80,9 @@ impl World {
         }
     }
 
-    /// Finds out what settings ask of the scene's objects.
-    pub fn prepare_for(&self, settings: &Settings, pool: &ThreadPool) {
-        self.occluders.prepare_for(&self.scene, settings, pool);
+    /// Finds out what settings ask of the scene's objects; `by` does the work.
+    pub fn prepare_for(&self, settings: &Settings, by: impl FnOnce(&(dyn Fn() + Sync))) {
+        self.occluders.prepare_for(&self.scene, settings, by);
     }
 
     /// A frame of this world, as it is.
@@ -93,6 +94,7 @@ impl World {
             visibility_grid: self.visibility_grid.as_deref(),
             salient: &self.salient,
             settings,
+            price: settings.effort.prices.of(self.mean_triangles),
             tasks,
             ends: None,
             region: None,

@@ -163,6 +163,8 @@ pub struct FrameReport {
     pub triangles_drawn: u64,
     /// Triangles drawn as occluders.
     pub occluder_triangles: u64,
+    /// The steps that were skipped, each with its reason.
+    pub skipped: Vec<String>,
     /// 64-bit FNV-1a over coverage and depth, 16 hexadecimal digits.
     pub buffer_hash: String,
 }

@@ -217,6 +217,9 @@ fn measure_frame(
         triangles_in_frustum: triangles(&in_frustum),
         triangles_drawn: triangles(&set.visible),
         occluder_triangles: set.statistics.occluder_triangles,
+        skipped: { set.statistics.skipped.iter() }
+            .map(|skip| skip.to_string())
+            .collect(),
         buffer_hash: format!("{:016x}", culler.buffer().map_or(0, |b| b.tiles().hash())),
     }
 }

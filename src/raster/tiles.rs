@@ -38,6 +38,8 @@ pub struct TileBuffer {
     blocks: Vec<f32>,
     /// Rows of tiles that what is drawn is confined to, if it is.
     rows: Option<Range<usize>>,
+    /// Whether nothing was drawn since all was cleared.
+    is_clear: bool,
 }
 
 /// Equal if everything that means something is: not the depths of layers without samples, nor the instruction set.
@@ -80,6 +82,7 @@ impl TileBuffer {
             gains: Vec::new(),
             blocks: Vec::new(),
             rows: None,
+            is_clear: true,
         }
     }
 
@@ -91,6 +94,9 @@ impl TileBuffer {
     /// Forgets everything drawn, in tasks.
     pub(crate) fn clear_by(&mut self, tasks: Tasks<'_>) {
         self.rows = None;
+        if std::mem::replace(&mut self.is_clear, true) {
+            return;
+        }
         let rows = self.size.tiles_down();
         self.bands.weigh(rows, tasks.threads(), std::iter::empty());
         self.gains.clear();
@@ -138,6 +144,7 @@ impl TileBuffer {
     /// Covers samples of a tile that are not, as far away as what is covered beside them, in the same part or in the other one,
     /// and no nearer than depths that are given for the parts. Where there is neither, what is covered hides everything (HOM §6.4).
     pub(crate) fn cover(&mut self, tile: usize, samples: u64, farthest: [f32; PARTS_PER_TILE]) {
+        self.is_clear = false;
         let before = self.coverage[tile];
         self.coverage[tile] |= samples;
         let depths = &mut self.depths[tile];
@@ -254,6 +261,7 @@ impl TileBuffer {
         gains: &mut [u32],
         tasks: Tasks<'_>,
     ) {
+        self.is_clear = false;
         let level = self.level;
         let rows = self.size.tiles_down();
         // A few rows are not worth sharing.

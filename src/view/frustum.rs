@@ -39,6 +39,9 @@ pub enum Containment {
 pub struct Frustum {
     eye: DVec3,
     planes: [(DVec3, f64); 6],
+    /// The area of the picture: of what it shows, or in perspective of what it shows at a distance of 1.
+    area: f64,
+    is_perspective: bool,
 }
 
 impl Frustum {
@@ -83,9 +86,24 @@ impl Frustum {
                 offset + (normal.length() * reach + offset.abs()) * ROUNDING,
             )
         });
+        let (height, is_perspective) = match *projection {
+            Projection::Perspective { fov_y, .. } => (2.0 * libm::tan(fov_y * 0.5), true),
+            Projection::Orthographic { height, .. } => (height, false),
+        };
         Frustum {
             eye: camera.eye(),
             planes,
+            area: height * height * size.aspect(),
+            is_perspective,
+        }
+    }
+
+    /// About how large a surface at a place is that faces the eye and fills the picture, in square scene units.
+    pub(crate) fn picture_area_at(&self, place: DVec3) -> f64 {
+        if self.is_perspective {
+            self.area * (place - self.eye).length_squared()
+        } else {
+            self.area
         }
     }
 

@@ -491,7 +491,7 @@ impl Culler {
             other => &mut self.others[other - 1],
         };
         in_tasks(&self.threads, |tasks| {
-            view.frame(world, tasks, camera, found)
+            view.frame(world, tasks, camera, found);
         });
     }
 
@@ -517,7 +517,7 @@ impl Culler {
             None => {
                 for ((view, camera), found) in views.iter_mut().zip(cameras).zip(found) {
                     in_tasks(&self.threads, |tasks| {
-                        view.frame(world, tasks, camera, found)
+                        view.frame(world, tasks, camera, found);
                     });
                 }
             }

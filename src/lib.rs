@@ -14,6 +14,7 @@ pub mod raster;
 pub mod sampling;
 pub mod scene;
 pub mod tasks;
+pub mod threads;
 pub mod view;
 
 /// Compiles the README's example.

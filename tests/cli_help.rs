@@ -10,7 +10,7 @@ fn every_command_has_help_with_an_example() {
     assert!(output.status.success());
     let help = stdout(&output);
     for command in [
-        "demo", "render", "measure", "sweep", "pipeline", "prepare", "generate", "info",
+        "demo", "cull", "render", "measure", "sweep", "pipeline", "prepare", "generate", "info",
     ] {
         assert!(help.contains(command), "{command} is not in {help}");
         let output = antumbra(&[command, "--help"]);

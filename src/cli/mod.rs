@@ -3,6 +3,7 @@
 //! Results go to stdout; errors, warnings and progress go to stderr, progress only if a person is watching. A reader
 //! that closes stdout early ends nothing: the files that were asked for are still written.
 
+mod cull;
 mod demo;
 mod demo_report;
 mod depth_options;
@@ -34,6 +35,7 @@ Exit codes:
 const EXAMPLES: &str = "\
 Examples:
   antumbra demo
+  antumbra cull castle.glb --path castle.path.json
   antumbra render castle.glb --overlay --out pictures
   antumbra measure castle.glb --path castle.path.json
   antumbra sweep castle.glb --path castle.walk.json --every 8
@@ -53,6 +55,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Demo(demo::Demo),
+    Cull(cull::Cull),
     Render(render::Render),
     Measure(measure::Measure),
     Sweep(sweep::Sweep),
@@ -66,6 +69,7 @@ enum Command {
 pub fn run() -> ExitCode {
     let done = match Cli::parse().command {
         Command::Demo(demo) => demo.run(),
+        Command::Cull(cull) => cull.run(),
         Command::Render(render) => render.run(),
         Command::Measure(measure) => measure.run(),
         Command::Sweep(sweep) => sweep.run(),

@@ -42,8 +42,8 @@ mod world;
 use std::sync::Arc;
 use std::time::Instant;
 
+use rayon::ThreadPoolBuildError;
 use rayon::prelude::*;
-use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
 use crate::occluders::{
     Budget, Contributions, DrawnCluster, FramesBack, LastFrame, Selection, Weighing,
@@ -55,6 +55,7 @@ use crate::prepare::{
 };
 use crate::scene::{Move, Scene, SceneError};
 use crate::tasks::{Record, Stage, Tasks, stay_awake};
+use crate::threads::Threads;
 use crate::view::{Camera, Frustum, MapScale, PictureSize};
 
 use clusters::ClusterWalk;
@@ -150,7 +151,7 @@ pub struct VisibleSet {
 #[derive(Debug)]
 pub struct Culler {
     /// None for one thread: the caller's own does it all.
-    pool: Option<ThreadPool>,
+    threads: Option<Threads>,
     world: World,
     view: View,
     /// Views that were added.
@@ -216,11 +217,9 @@ impl Culler {
     /// # Errors
     /// If the operating system gives no threads.
     pub fn new(scene: Arc<Scene>, settings: Settings) -> Result<Culler, ThreadPoolBuildError> {
-        let pool = ThreadPoolBuilder::new()
-            .num_threads(settings.threads)
-            .build()?;
-        let prepared = pool.install(|| Prepared::new(scene));
-        Ok(Culler::of_prepared(pool, &prepared, settings))
+        let threads = Threads::new(settings.threads)?;
+        let prepared = threads.install(|| Prepared::new(scene));
+        Ok(Culler::of_prepared(threads, &prepared, settings))
     }
 
     /// A culler for a scene that has been prepared.
@@ -231,14 +230,12 @@ impl Culler {
         prepared: &Prepared,
         settings: Settings,
     ) -> Result<Culler, ThreadPoolBuildError> {
-        let pool = ThreadPoolBuilder::new()
-            .num_threads(settings.threads)
-            .build()?;
-        Ok(Culler::of_prepared(pool, prepared, settings))
+        let threads = Threads::new(settings.threads)?;
+        Ok(Culler::of_prepared(threads, prepared, settings))
     }
 
-    fn of_prepared(pool: ThreadPool, prepared: &Prepared, settings: Settings) -> Culler {
-        Culler::of_world(pool, World::new(prepared), settings)
+    fn of_prepared(threads: Threads, prepared: &Prepared, settings: Settings) -> Culler {
+        Culler::of_world(threads, World::new(prepared), settings)
     }
 
     /// Another culler for the same scene, with other settings and nothing remembered; what is known of the scene is shared.
@@ -246,10 +243,8 @@ impl Culler {
     /// # Errors
     /// If the operating system gives no threads.
     pub fn another(&self, settings: Settings) -> Result<Culler, ThreadPoolBuildError> {
-        let pool = ThreadPoolBuilder::new()
-            .num_threads(settings.threads)
-            .build()?;
-        Ok(Culler::of_world(pool, self.world.clone(), settings))
+        let threads = Threads::new(settings.threads)?;
+        Ok(Culler::of_world(threads, self.world.clone(), settings))
     }
 
     /// Gives sampled visibility of this scene to the frames: to [`Selection::Sampled`], and to those by contribution that remember
@@ -274,10 +269,10 @@ impl Culler {
         self.world.occluders.clusters()
     }
 
-    fn of_world(pool: ThreadPool, world: World, settings: Settings) -> Culler {
-        world.prepare_for(&settings, |work| pool.install(work));
+    fn of_world(threads: Threads, world: World, settings: Settings) -> Culler {
+        world.prepare_for(&settings, |work| threads.install(work));
         Culler {
-            pool: (pool.current_num_threads() > 1).then_some(pool),
+            threads: (threads.current_num_threads() > 1).then_some(threads),
             world,
             view: View::new(settings),
             others: Vec::new(),
@@ -319,9 +314,9 @@ impl Culler {
 
     /// How many threads are used.
     pub fn threads(&self) -> usize {
-        self.pool
+        self.threads
             .as_ref()
-            .map_or(1, ThreadPool::current_num_threads)
+            .map_or(1, |threads| threads.current_num_threads())
     }
 
     /// What the last frame drew; none before the first.
@@ -384,7 +379,7 @@ impl Culler {
     /// The same, into the memory of an earlier answer: frustum culling alone, as fast as it is here.
     pub fn in_frustum_into(&mut self, camera: &Camera, found: &mut Vec<u32>) {
         let (world, view) = (&self.world, &mut self.view);
-        in_tasks(&self.pool, |tasks| {
+        in_tasks(&self.threads, |tasks| {
             let frame = world.frame_of(&view.settings, tasks);
             frame.find_in_frustum(camera, &mut view.memory);
             found.clear();
@@ -401,7 +396,7 @@ impl Culler {
     pub fn cull_behind(&mut self, camera: &Camera, clusters: &[ClusterId], found: &mut VisibleSet) {
         let mut given = self.world.occluders.remembered(&self.world.scene, clusters);
         let (world, view) = (&self.world, &mut self.view);
-        in_tasks(&self.pool, |tasks| {
+        in_tasks(&self.threads, |tasks| {
             view.frame_behind(world, tasks, camera, &mut given, found);
         });
     }
@@ -417,7 +412,9 @@ impl Culler {
     /// allocates.
     pub fn cull_into(&mut self, camera: &Camera, found: &mut VisibleSet) {
         let (world, view) = (&self.world, &mut self.view);
-        in_tasks(&self.pool, |tasks| view.frame(world, tasks, camera, found));
+        in_tasks(&self.threads, |tasks| {
+            view.frame(world, tasks, camera, found);
+        });
     }
 
     /// Adds a view of the same scene: another camera's frames, with a buffer and a memory of their own, such as those of a shadow
@@ -456,8 +453,10 @@ impl Culler {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn add_view(&mut self, settings: Settings) -> usize {
-        match &self.pool {
-            Some(pool) => self.world.prepare_for(&settings, |work| pool.install(work)),
+        match &self.threads {
+            Some(threads) => self
+                .world
+                .prepare_for(&settings, |work| threads.install(work)),
             None => self.world.prepare_for(&settings, |work| work()),
         }
         self.others.push(View::new(settings));
@@ -491,7 +490,9 @@ impl Culler {
             0 => &mut self.view,
             other => &mut self.others[other - 1],
         };
-        in_tasks(&self.pool, |tasks| view.frame(world, tasks, camera, found));
+        in_tasks(&self.threads, |tasks| {
+            view.frame(world, tasks, camera, found);
+        });
     }
 
     /// Finds what each view's camera may see: the next frame of all of them, at once. Where there are as many views as threads, each
@@ -504,17 +505,20 @@ impl Culler {
         let views = std::iter::once(&mut self.view).chain(&mut self.others);
         let mut views: Vec<&mut View> = views.collect();
         assert!(views.len() == cameras.len() && views.len() == found.len());
-        let pool = { self.pool.as_ref() }.filter(|pool| views.len() >= pool.current_num_threads());
+        let threads = { self.threads.as_ref() }
+            .filter(|threads| views.len() >= threads.current_num_threads());
         let frames = views.par_iter_mut().zip(cameras).zip(&mut *found);
-        match pool {
-            Some(pool) => pool.install(|| {
+        match threads {
+            Some(threads) => threads.install(|| {
                 frames.for_each(|((view, camera), found)| {
                     view.frame(world, Tasks::ALONE, camera, found);
                 });
             }),
             None => {
                 for ((view, camera), found) in views.iter_mut().zip(cameras).zip(found) {
-                    in_tasks(&self.pool, |tasks| view.frame(world, tasks, camera, found));
+                    in_tasks(&self.threads, |tasks| {
+                        view.frame(world, tasks, camera, found);
+                    });
                 }
             }
         }
@@ -578,13 +582,13 @@ impl Remembered {
     }
 }
 
-/// Does something in tasks: of a pool's threads, or if there is none on the calling one alone.
-fn in_tasks(pool: &Option<ThreadPool>, work: impl FnOnce(Tasks<'_>) + Send) {
-    match pool {
+/// Does something in tasks: of several threads, or if there are none on the calling one alone.
+fn in_tasks(threads: &Option<Threads>, work: impl FnOnce(Tasks<'_>) + Send) {
+    match threads {
         None => work(Tasks::ALONE),
-        Some(pool) => {
-            let tasks = Tasks::shared(pool.current_num_threads());
-            pool.install(|| stay_awake(|| work(tasks)));
+        Some(threads) => {
+            let tasks = Tasks::shared(threads.current_num_threads());
+            threads.install(|| stay_awake(|| work(tasks)));
         }
     }
 }

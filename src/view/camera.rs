@@ -199,6 +199,27 @@ impl Projection {
     }
 }
 
+/// Makes sure that all coordinates are finite, and so small that their squares are.
+fn in_range<const N: usize>(points: [(&'static str, DVec3); N]) -> Result<(), ViewError> {
+    // False for a NaN.
+    let is_in_range = |v: DVec3| v.abs().cmple(DVec3::splat(1e30)).all();
+    match points.into_iter().find(|&(_, v)| !is_in_range(v)) {
+        Some((what, _)) => Err(ViewError::NotFinite { what }),
+        None => Ok(()),
+    }
+}
+
+/// A vector's direction. It is scaled to its largest coordinate first, so that no square over- or underflows.
+fn unit(v: DVec3, why: &'static str) -> Result<DVec3, ViewError> {
+    let largest = v.abs().max_element();
+    if largest > 0.0 {
+        let v = v / largest;
+        Ok(v / v.length())
+    } else {
+        Err(ViewError::NoOrientation { why })
+    }
+}
+
 /// A camera: an eye, three orthogonal unit vectors, and a projection. Right-handed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
@@ -220,25 +241,35 @@ impl Camera {
         up: DVec3,
         projection: Projection,
     ) -> Result<Camera, ViewError> {
-        for (what, v) in [("the eye", eye), ("the target", target), ("up", up)] {
-            // False for a NaN.
-            let in_range = v.abs().cmple(DVec3::splat(1e30)).all();
-            if !in_range {
-                return Err(ViewError::NotFinite { what });
-            }
-        }
+        in_range([("the eye", eye), ("the target", target), ("up", up)])?;
         projection.check()?;
-        // Scaled to their largest coordinate first, so that no square over- or underflows.
-        let unit = |v: DVec3, why| {
-            let largest = v.abs().max_element();
-            if largest > 0.0 {
-                let v = v / largest;
-                Ok(v / v.length())
-            } else {
-                Err(ViewError::NoOrientation { why })
-            }
-        };
         let forward = unit(target - eye, "the target is the eye")?;
+        Camera::turned(eye, forward, up, projection)
+    }
+
+    /// A camera at `eye` that looks along `forward`, of any length but 0, with `up` pointing upwards in the picture.
+    ///
+    /// # Errors
+    /// As [`Camera::look_at`].
+    pub fn look_along(
+        eye: DVec3,
+        forward: DVec3,
+        up: DVec3,
+        projection: Projection,
+    ) -> Result<Camera, ViewError> {
+        in_range([("the eye", eye), ("forward", forward), ("up", up)])?;
+        projection.check()?;
+        let forward = unit(forward, "forward is zero")?;
+        Camera::turned(eye, forward, up, projection)
+    }
+
+    /// Finds the other axes of a camera that looks along a unit vector.
+    fn turned(
+        eye: DVec3,
+        forward: DVec3,
+        up: DVec3,
+        projection: Projection,
+    ) -> Result<Camera, ViewError> {
         let sideways = forward.cross(unit(up, "up is zero")?);
         if sideways.length() < 1e-9 {
             return Err(ViewError::NoOrientation {
@@ -250,6 +281,44 @@ impl Camera {
             eye,
             right,
             up: right.cross(forward),
+            forward,
+            projection,
+        })
+    }
+
+    /// A camera at `eye` with these axes, which it keeps bit for bit: `right` and `up` point so in the picture, `forward` along the view.
+    /// [`Camera::look_at`] makes them of less.
+    ///
+    /// # Errors
+    /// If a number is not finite, the axes are by more than 10⁻⁶ no unit vectors at right angles with `up = right × forward`, or the
+    /// projection is out of range.
+    pub fn from_axes(
+        eye: DVec3,
+        [right, up, forward]: [DVec3; 3],
+        projection: Projection,
+    ) -> Result<Camera, ViewError> {
+        in_range([
+            ("the eye", eye),
+            ("right", right),
+            ("up", up),
+            ("forward", forward),
+        ])?;
+        projection.check()?;
+        let off = [
+            right.length_squared() - 1.0,
+            forward.length_squared() - 1.0,
+            right.dot(forward),
+            (right.cross(forward) - up).length(),
+        ];
+        if off.iter().any(|off| off.abs() > 1e-6) {
+            return Err(ViewError::NoOrientation {
+                why: "right, up and forward must be unit vectors at right angles, up = right x forward",
+            });
+        }
+        Ok(Camera {
+            eye,
+            right,
+            up,
             forward,
             projection,
         })

@@ -91,6 +91,7 @@ fn describe(culler: &Culler, settings: &MeasureSettings) -> SettingsReport {
         accuracy,
         translucent,
         map_scale,
+        slack,
         depth,
         occluders,
         budget,
@@ -126,6 +127,7 @@ fn describe(culler: &Culler, settings: &MeasureSettings) -> SettingsReport {
         depth: depth.to_string(),
         nth: depth.nth(),
         map_scale: map_scale.pixels(),
+        slack: slack.pixels(),
         every: settings.every,
     }
 }

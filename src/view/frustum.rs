@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Camera, PictureSize, Projection};
+use super::{Camera, PictureSize, Projection, Slack};
 use crate::scene::Aabb;
 
 /// What rounding may amount to, as a part of the coordinates: ten operations of 2⁻⁵³ each, and a wide margin.
@@ -39,18 +39,27 @@ pub enum Containment {
 pub struct Frustum {
     eye: DVec3,
     planes: [(DVec3, f64); 6],
+    /// What a position may be off, as a share of the distance to the box's farthest corner.
+    slack: f64,
 }
 
 impl Frustum {
     /// The frustum of a camera for a picture's proportions.
     pub fn new(camera: &Camera, size: PictureSize) -> Frustum {
+        Frustum::with_slack(camera, size, Slack::NONE)
+    }
+
+    /// The frustum of all that a final pass with this slack may draw in the picture.
+    pub fn with_slack(camera: &Camera, size: PictureSize, slack: Slack) -> Frustum {
         let (right, up, forward) = (camera.right(), camera.up(), camera.forward());
         let projection = camera.projection();
+        let wider = |pixels: usize| 1.0 + 2.0 * slack.pixels() / pixels as f64;
+        let (wider, higher) = (wider(size.width()), wider(size.height()));
         let sides = match *projection {
             Projection::Perspective { fov_y, .. } => {
                 let tangent = libm::tan(fov_y * 0.5);
-                let across = forward * (tangent * size.aspect());
-                let down = forward * tangent;
+                let across = forward * (tangent * size.aspect() * wider);
+                let down = forward * (tangent * higher);
                 [
                     (across + right, 0.0),
                     (across - right, 0.0),
@@ -59,13 +68,13 @@ impl Frustum {
                 ]
             }
             Projection::Orthographic { height, .. } => {
-                let (across, down) = (height * 0.5 * size.aspect(), height * 0.5);
+                let across = height * 0.5 * size.aspect() * wider;
+                let down = height * 0.5 * higher;
                 [(right, across), (-right, across), (up, down), (-up, down)]
             }
         };
-        let far = projection
-            .far()
-            .map_or((DVec3::ZERO, 0.0), |far| (-forward, far));
+        let [near, far] = ends(projection, slack);
+        let far = far.map_or((DVec3::ZERO, 0.0), |far| (-forward, far));
         // A box may touch a plane just where an object lies, and the eye's coordinates be the largest of all: the planes
         // stand back by far more than the subtraction of the eye and the plane's own distance are rounded.
         let reach = camera.eye().abs().max_element();
@@ -74,7 +83,7 @@ impl Frustum {
             sides[1],
             sides[2],
             sides[3],
-            (forward, -projection.near()),
+            near.map_or((DVec3::ZERO, 0.0), |near| (forward, -near)),
             far,
         ]
         .map(|(normal, offset): (DVec3, f64)| {
@@ -86,6 +95,7 @@ impl Frustum {
         Frustum {
             eye: camera.eye(),
             planes,
+            slack: slack.position(),
         }
     }
 
@@ -99,7 +109,10 @@ impl Frustum {
         while untested != 0 {
             let i = untested.trailing_zeros();
             untested &= untested - 1;
-            let (normal, offset) = self.planes[i as usize];
+            let (normal, mut offset) = self.planes[i as usize];
+            if self.slack > 0.0 {
+                offset += self.slack * reach_from(min, max) * normal.length();
+            }
             let (a, b) = (normal * min, normal * max);
             let farthest_in = greater(a.x, b.x) + greater(a.y, b.y) + greater(a.z, b.z);
             if farthest_in + offset < 0.0 {
@@ -110,4 +123,31 @@ impl Frustum {
         }
         Containment::Meets(Planes(left))
     }
+}
+
+/// The least and the largest distance of what may be drawn, positions aside; none: anything nearer, or farther.
+fn ends(projection: &Projection, slack: Slack) -> [Option<f64>; 2] {
+    let off = slack.depth_through(projection);
+    let (near, far) = (projection.near(), projection.far());
+    if off == 0.0 {
+        return [Some(near), far];
+    }
+    match projection {
+        Projection::Perspective { .. } => {
+            let beyond = |far: f64| {
+                let depth = near / far - off;
+                (depth > 0.0).then(|| near / depth)
+            };
+            [Some(near / (1.0 + off)), far.and_then(beyond)]
+        }
+        Projection::Orthographic { .. } if off.is_finite() => {
+            [Some(near - off), far.map(|far| far + off)]
+        }
+        Projection::Orthographic { .. } => [None, None],
+    }
+}
+
+/// How far the farthest corner of a box is from the eye that it is relative to, along the axis where that is largest.
+pub(crate) fn reach_from(min: DVec3, max: DVec3) -> f64 {
+    min.abs().max(max.abs()).max_element()
 }

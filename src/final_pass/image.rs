@@ -34,6 +34,11 @@ impl Image {
         }
     }
 
+    /// A picture of these pixels, so many in a row.
+    pub(super) fn of_pixels(width: usize, pixels: Vec<[u8; 3]>) -> Image {
+        Image { width, pixels }
+    }
+
     /// Pixels across.
     pub fn width(&self) -> usize {
         self.width
@@ -75,9 +80,21 @@ impl Image {
     /// # Panics
     /// If the sizes differ.
     pub fn differing_pixels(&self, other: &Image) -> usize {
+        self.pixels_differing_by_more(other, 0)
+    }
+
+    /// How many pixels differ by more than this from those of a picture of the same size, in red, green or blue.
+    ///
+    /// # Panics
+    /// If the sizes differ.
+    pub fn pixels_differing_by_more(&self, other: &Image, than: u8) -> usize {
         self.assert_same_size(other);
+        let differs = |(a, b): &(&[u8; 3], &[u8; 3])| {
+            let mut channels = a.iter().zip(*b);
+            channels.any(|(&a, &b)| a.abs_diff(b) > than)
+        };
         let pairs = self.pixels.iter().zip(&other.pixels);
-        pairs.filter(|(a, b)| a != b).count()
+        pairs.filter(differs).count()
     }
 
     /// Where two pictures of the same size differ: red there, the picture itself faintly elsewhere.
@@ -211,6 +228,11 @@ impl SrgbTable {
             (encoded * 255.0 + 0.5) as u8
         };
         SrgbTable((0..=Self::LAST).map(encode).collect())
+    }
+
+    /// What is encoded of 0, and so on in equal steps to 1.
+    pub fn bytes(&self) -> &[u8] {
+        &self.0
     }
 
     pub fn of(&self, color: Linear) -> [u8; 3] {

@@ -61,7 +61,7 @@ pub struct CullOptions {
     pub map_scale: Option<MapScale>,
 
     /// Keep exact culling right for a final pass other than the CPU picture's, whose vertices and samples are up to this many pixels
-    /// away from ours: 0 to 4 [default: 0; for a picture by the GPU 1]
+    /// away from ours: 0 to 4 [default: 0; for a picture by the GPU 0.125]
     #[arg(long, value_name = "PX", value_parser = parse_slack)]
     pub slack: Option<Slack>,
 

@@ -9,8 +9,8 @@
 //! * Vertices snap to the sub-pixel grid: half a sub-pixel (1/512 pixel), and 2⁻¹⁰ sub-pixels for the rounding of the
 //!   snap itself and of the division.
 //! * What a final pass that is not ours may do otherwise ([`Slack`]): its pixels are added to the snap; positions are off by its share of
-//!   the distance to the farthest corner of the bounds, twice, since an occluder is drawn as much farther away; its depth is added to
-//!   the nearest.
+//!   the distance to the farthest corner of the bounds, twice, since an occluder is drawn as much farther away; its depth, twice
+//!   as well, is added to the nearest.
 //! * A triangle's depth at a sample is clamped to its vertices' (see [`antumbra_simd::triangle::DepthPlane`]), so no
 //!   sample is nearer than the nearest corner. The depth is rounded towards the eye when it becomes f32.
 
@@ -22,11 +22,12 @@ use antumbra_simd::glance::{Rays, Slabs};
 use antumbra_simd::projected::{CornerBox, OnScreen};
 use antumbra_simd::vertex::ScreenTransform;
 use antumbra_simd::{Level, SUBPIXELS};
-use glam::{DAffine3, DVec3};
+use glam::DVec3;
 
 use super::ProjectedBox;
+use super::occluder_transform::asked_by;
 use crate::scene::{Aabb, OrientedBox};
-use crate::view::{Camera, MapScale, PictureSize, Projection, Slack, reach_from};
+use crate::view::{Camera, MapScale, PictureSize, Projection, Slack};
 
 /// How far a projected coordinate may lie from where it is drawn, in sub-pixels, besides errors that scale with the
 /// scene and what a sample of a coarse map reaches.
@@ -63,17 +64,17 @@ pub enum Footprint {
 /// A camera, a picture size and a map's scale, made ready to project shapes. Samples are the map's.
 #[derive(Clone, Debug)]
 pub struct Screen {
-    camera: Camera,
-    scale: MapScale,
-    slack: Slack,
+    pub(super) camera: Camera,
+    pub(super) scale: MapScale,
+    pub(super) slack: Slack,
     /// The map's.
-    size: PictureSize,
+    pub(super) size: PictureSize,
     /// The largest of the eye's coordinates.
     eye_reach: f64,
     /// What occluders are drawn by.
-    from_eye: ScreenTransform,
+    pub(super) from_eye: ScreenTransform,
     /// What a depth may be off on behalf of the slack.
-    depth_slack: f64,
+    pub(super) depth_slack: f64,
     rays: Rays,
     norms: Norms,
     view: BoxView,
@@ -110,7 +111,7 @@ impl Screen {
         let from_eye = scale.map_from(&camera.screen_from_eye(picture));
         let size = scale.map_size(picture);
         let depth_slack = slack.depth_through(camera.projection());
-        let asked_from_eye = brought_nearer(&from_eye, depth_slack);
+        let asked_from_eye = asked_by(&from_eye, depth_slack);
         let norm = |r: [f64; 4]| vector(r).length();
         let norms = Norms {
             x: norm(from_eye.x),
@@ -156,73 +157,6 @@ impl Screen {
     /// The map's size.
     pub fn size(&self) -> PictureSize {
         self.size
-    }
-
-    /// The transform from local coordinates to the screen for an occluder within these bounds. It stands back by what its vertices may
-    /// be off, and is cut off where they may be off by more than a fourth of the slack's pixels.
-    pub(crate) fn screen_from_local(
-        &self,
-        world_from_local: &DAffine3,
-        bounds: &Aabb,
-    ) -> ScreenTransform {
-        if self.slack.is_none() {
-            return self.camera.placed(&self.from_eye, world_from_local);
-        }
-        let off = self.position_slack(bounds);
-        let mut place = *world_from_local;
-        place.translation += self.camera.forward() * off;
-        let mut t = self.camera.placed(&self.from_eye, &place);
-        // Moved back, and off as much in any direction.
-        let off = 2.0 * off;
-        let sides = [self.size.width(), self.size.height()];
-        let largest = f64::from(SUBPIXELS) * sides[0].max(sides[1]) as f64;
-        let moved = off * (self.norms.x.max(self.norms.y) + largest * self.norms.w);
-        let allowed = self.slack.subpixels(self.scale) / 4.0;
-        match *self.camera.projection() {
-            Projection::Perspective { near, far, .. } => {
-                let nearest = (moved / allowed).max(near + off);
-                // Not for a NaN either, of nothing that is allowed.
-                let is_known = nearest < f64::INFINITY;
-                t.near_depth = if is_known {
-                    near / nearest - self.depth_slack
-                } else {
-                    f64::NEG_INFINITY
-                };
-                if let Some(far) = far {
-                    let farthest = far - off;
-                    t.far_depth = if farthest > 0.0 {
-                        near / farthest + self.depth_slack
-                    } else {
-                        f64::INFINITY
-                    };
-                }
-            }
-            Projection::Orthographic { .. } => {
-                let is_known = moved <= allowed && self.depth_slack < f64::INFINITY;
-                t.near_depth = if is_known {
-                    t.near_depth - off - self.depth_slack
-                } else {
-                    f64::NEG_INFINITY
-                };
-                t.far_depth += off + self.depth_slack;
-            }
-        }
-        t
-    }
-
-    /// How far a vertex of something within these bounds may be from where it should be, on behalf of the slack.
-    fn position_slack(&self, bounds: &Aabb) -> f64 {
-        let eye = self.camera.eye();
-        match self.slack.position() {
-            0.0 => 0.0,
-            share => share * reach_from(bounds.min - eye, bounds.max - eye),
-        }
-    }
-
-    /// How far a vertex of something within these bounds may lie outside of them. (Three axes may all be off at once: the length of the
-    /// diagonal is less than twice as much. Where an occluder's transform is asked with, it has stood back by the slack.)
-    fn bounds_error(&self, bounds: &Aabb) -> f64 {
-        2.0 * (self.position_error(reach(bounds)) + self.position_slack(bounds))
     }
 
     /// Where an axis-aligned world box may be drawn.
@@ -279,7 +213,7 @@ impl Screen {
         footprints: &mut Vec<Footprint>,
     ) {
         let view = BoxView {
-            screen: brought_nearer(screen, self.depth_slack),
+            screen: asked_by(screen, self.depth_slack),
             ..self.view
         };
         let mut boxes = boxes.peekable();
@@ -394,7 +328,7 @@ impl Screen {
             return Footprint::Unbounded;
         }
         let relative = center - self.camera.eye();
-        let slack = self.slack.position() * (largest(relative.abs()) + radius);
+        let slack = 2.0 * self.slack.position() * (relative.length() + radius);
         let radius = radius + self.position_error(largest(center.abs()) + radius) + slack;
         let t = &self.view.screen;
         let at = |r: [f64; 4]| vector(r).dot(relative) + r[3];
@@ -446,7 +380,7 @@ impl Screen {
         if !(in_front && ordered) {
             return Footprint::Unbounded;
         }
-        let depth = projection.depth_at(nearest_distance) + self.depth_slack;
+        let depth = projection.depth_at(nearest_distance) + 2.0 * self.depth_slack;
         self.footprint_of_extent(
             Extent {
                 x: subpixels(x),
@@ -519,11 +453,11 @@ impl Screen {
         let corners: [DVec3; 8] = std::array::from_fn(corner);
         let half = u.abs() + v.abs() + w.abs();
         let reach = largest(bounds.center.abs() + half);
-        let around = largest(center.abs() + half);
+        let around = (center.abs() + half).length();
         CornerBox {
             corners: std::array::from_fn(|axis| corners.map(|c| c[axis])),
             // Three axes may all be off at once: the length of the diagonal is less than twice as much.
-            error: 2.0 * (error + self.position_error(reach)) + self.slack.position() * around,
+            error: 2.0 * (error + self.position_error(reach) + self.slack.position() * around),
             mirrored: u.dot(v.cross(w)) < 0.0,
         }
     }
@@ -532,6 +466,12 @@ impl Screen {
     /// with a view's rows might overflow.
     fn position_error(&self, reach: f64) -> f64 {
         ((reach + self.eye_reach) * OVERFLOW) * (POSITION_ERROR / OVERFLOW)
+    }
+
+    /// How far a vertex of something within these bounds may lie outside of them. (Three axes may all be off at once: the length of the
+    /// diagonal is less than twice as much. Where an occluder's transform is asked with, it has stood back by the slack.)
+    fn bounds_error(&self, bounds: &Aabb) -> f64 {
+        2.0 * (self.position_error(reach(bounds)) + self.position_slack(bounds))
     }
 
     fn project_box(&self, corners: &CornerBox, slabs: Slabs) -> ProjectedBox {
@@ -584,17 +524,6 @@ impl Screen {
             y,
             nearest_depth,
         })
-    }
-}
-
-/// A transform after which everything has a depth that is nearer by `depth`.
-fn brought_nearer(screen: &ScreenTransform, depth: f64) -> ScreenTransform {
-    if depth == 0.0 {
-        return *screen;
-    }
-    ScreenTransform {
-        depth: std::array::from_fn(|i| screen.depth[i] + depth * screen.w[i]),
-        ..*screen
     }
 }
 

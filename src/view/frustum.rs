@@ -111,7 +111,7 @@ impl Frustum {
             untested &= untested - 1;
             let (normal, mut offset) = self.planes[i as usize];
             if self.slack > 0.0 {
-                offset += self.slack * reach_from(min, max) * normal.length();
+                offset += self.slack * distance_of_farthest(bounds, self.eye) * normal.length();
             }
             let (a, b) = (normal * min, normal * max);
             let farthest_in = greater(a.x, b.x) + greater(a.y, b.y) + greater(a.z, b.z);
@@ -147,7 +147,8 @@ fn ends(projection: &Projection, slack: Slack) -> [Option<f64>; 2] {
     }
 }
 
-/// How far the farthest corner of a box is from the eye that it is relative to, along the axis where that is largest.
-pub(crate) fn reach_from(min: DVec3, max: DVec3) -> f64 {
-    min.abs().max(max.abs()).max_element()
+/// How far the farthest corner of a box is from the eye.
+pub(crate) fn distance_of_farthest(bounds: &Aabb, eye: DVec3) -> f64 {
+    let (min, max) = (bounds.min - eye, bounds.max - eye);
+    min.abs().max(max.abs()).length()
 }

@@ -10,7 +10,7 @@ mod path;
 mod slack;
 
 pub use camera::{Camera, PictureSize, Projection, ViewError};
-pub(crate) use frustum::reach_from;
+pub(crate) use frustum::distance_of_farthest;
 pub use frustum::{Containment, Frustum, Planes};
 pub use map_scale::MapScale;
 pub use path::{CameraPath, PathError};

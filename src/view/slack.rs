@@ -8,8 +8,8 @@
 //!   around a sample. What is asked is moved out by as much. Pulling in the merged mask would not do: a slit between two walls that
 //!   our rounding closes leaves no hole in the mask, and shows what is behind on a device that rounds otherwise.
 //! * Vertices may be off by [`Slack::position`] of the distance to their object's farthest corner. Boxes grow by that; occluders stand
-//!   back by it, and are cut off where they are so near that it might be more than a fourth of the pixels.
-//! * Depths may be off by [`Slack::depth`]. What is asked comes nearer by it.
+//!   back by it, and are cut off where they are so near that it may be more than three eighths of the pixels.
+//! * Depths may be off by [`Slack::depth`]. What is asked comes nearer by it, on its own behalf and on that of what is in front.
 //!
 //! That a sample within an outline pulled in by δ is covered on a device that draws each vertex within δ of ours: as the vertices move
 //! from our places to the device's, no point of the outline gets farther than δ from where it was, so none crosses the sample. How
@@ -35,23 +35,30 @@ impl Slack {
         depth: 0.0,
     };
 
-    /// A graphics processor that gets matrices relative to the eye and a depth buffer of 24 bits or f32.
+    /// A graphics processor with one sample a pixel, at its centre, that gets positions relative to the middle of their mesh, matrices made
+    /// in f64 with the eye subtracted first, and a depth buffer of 24 bits or f32.
     ///
-    /// A pixel: half of it for where the samples of a pixel are, if there are several; half for vertices, whose grid may have no more
-    /// than 16 steps a pixel. 2⁻²⁰ of the distance: 16 roundings of f32, where a product with a matrix has 14 at the most
-    /// (matrix, position relative to the middle of its mesh, product, three sums; the constant and its sum). 2⁻²² of depth: four steps
-    /// of 24 bits.
+    /// An eighth of a pixel: half of it for the device's grid, which has 16 steps a pixel or more; the rest for what transforms are off.
+    /// 2⁻²¹ of the distance, which is 8 roundings of f32. A product with a matrix has 6 of the distance from the middle of the mesh
+    /// (matrix, position, product, three sums) and 2 of that from the eye to the middle: no more than 6.4 of that from the eye to the
+    /// farthest corner. 2⁻²² of depth: four steps of 24 bits.
     pub const GPU: Slack = Slack {
-        pixels: 1.0,
-        position: 1.0 / (1 << 20) as f64,
+        pixels: 1.0 / 8.0,
+        position: 1.0 / (1 << 21) as f64,
         depth: 1.0 / (1 << 22) as f64,
+    };
+
+    /// The same with several samples a pixel, wherever in the pixel: half a pixel for where they are.
+    pub const GPU_MULTISAMPLED: Slack = Slack {
+        pixels: 1.0,
+        ..Slack::GPU
     };
 
     /// The most pixels: what the arithmetic of small polygons has room for.
     pub const MOST_PIXELS: f64 = 4.0;
 
-    /// A slack of so many pixels, up to [`Slack::MOST_PIXELS`]; of a share of the distance from the eye to the farthest corner of a
-    /// vertex's object, up to 1/2; and of a share of the depth buffer's range, up to 1.
+    /// A slack of so many pixels, up to [`Slack::MOST_PIXELS`]; of a share of the distance from the eye to the farthest corner of the box
+    /// of a vertex's object, up to 1/2; and of a share of the depth buffer's range, up to 1.
     ///
     /// In perspective the range is 1. In orthographic views it is the distance from the near plane to the far plane; without a far
     /// plane nothing is known of depth, and a slack of it hides nothing.
@@ -82,8 +89,7 @@ impl Slack {
         self.pixels
     }
 
-    /// How far a vertex may be from where it should be, as a share of the distance from the eye to its object's farthest corner (along
-    /// the axis where that is largest).
+    /// How far a vertex may be from where it should be, as a share of the distance from the eye to the farthest corner of its object's box.
     pub fn position(&self) -> f64 {
         self.position
     }
@@ -127,11 +133,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_slack_pulls_nothing_in_and_a_pixel_more_than_a_pixel() {
+    fn no_slack_pulls_nothing_in_and_a_pixel_pulls_in_more_than_a_pixel() {
         for scale in MapScale::ALL {
             assert_eq!(Slack::NONE.inset(scale), 0);
             let pixel = SUBPIXELS / scale.pixels() as i32;
-            assert_eq!(Slack::GPU.inset(scale), pixel + 1);
+            assert_eq!(Slack::GPU_MULTISAMPLED.inset(scale), pixel + 1);
         }
     }
 

@@ -30,6 +30,38 @@ fn object(mesh: usize, world_from_local: DAffine3) -> Object {
     }
 }
 
+/// A piece of a wall, in cells that are bent, but for its outline.
+fn piece(
+    chance: &mut Chance,
+    x: [f64; 2],
+    y: [f64; 2],
+    at: impl Fn(f64, f64, f64) -> [f32; 3],
+) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
+    let n = chance.whole(1, 4) as u32;
+    let cell = (x[1] - x[0]).min(y[1] - y[0]) / f64::from(n);
+    let bend = cell * 10_f64.powf(chance.real(-4.0, -0.5));
+    let along =
+        |ends: [f64; 2], i: u32| ends[0] + (ends[1] - ends[0]) * f64::from(i) / f64::from(n);
+    let mut positions = Vec::new();
+    for j in 0..=n {
+        for i in 0..=n {
+            let is_inner = i % n != 0 && j % n != 0;
+            let mut off = |most: f64| {
+                if is_inner {
+                    chance.real(-most, most)
+                } else {
+                    0.0
+                }
+            };
+            let (x, y) = (along(x, i) + off(0.3 * cell), along(y, j) + off(0.3 * cell));
+            positions.push(at(x, y, off(bend)));
+        }
+    }
+    let cells = (0..n).flat_map(|j| (0..n).map(move |i| j * (n + 1) + i));
+    let triangles = cells.flat_map(|a| [[a, a + 1, a + n + 2], [a, a + n + 2, a + n + 1]]);
+    (positions, triangles.collect())
+}
+
 /// Walls that meet without a gap, before the camera at the origin, and things not far behind them.
 fn world(chance: &mut Chance) -> Scene {
     let distance = chance.real(3.0, 30.0);
@@ -45,26 +77,21 @@ fn world(chance: &mut Chance) -> Scene {
         cuts
     };
     let (columns, rows) = (cuts(across), cuts(down));
-    // Tilted, so that depth has a slope.
-    let tilt = [chance.real(-0.7, 0.7), chance.real(-0.7, 0.7)];
-    let at = |x: f64, y: f64| {
-        let away = distance + tilt[0] * x + tilt[1] * y;
+    // Tilted, so that depth has a slope; all before the eye.
+    let tilt = [chance.real(-0.4, 0.4), chance.real(-0.4, 0.4)];
+    let at = |x: f64, y: f64, bend: f64| {
+        let away = distance + tilt[0] * x + tilt[1] * y + bend;
         [x as f32, y as f32, -away as f32]
     };
     let mut meshes = Vec::new();
     let mut objects = Vec::new();
     for x in columns.windows(2) {
         for y in rows.windows(2) {
-            let corners = vec![
-                at(x[0], y[0]),
-                at(x[1], y[0]),
-                at(x[1], y[1]),
-                at(x[0], y[1]),
-            ];
             let single = chance.one_in(2);
             let material = if single { SINGLE_SIDED } else { DOUBLE_SIDED };
+            let (positions, triangles) = piece(chance, [x[0], x[1]], [y[0], y[1]], at);
             objects.push(object(meshes.len(), DAffine3::IDENTITY));
-            meshes.push(mesh(corners, vec![[0, 1, 2], [0, 2, 3]], material));
+            meshes.push(mesh(positions, triangles, material));
         }
     }
     for _ in 0..40 {
@@ -136,7 +163,11 @@ fn owners(scene: &Scene, camera: &Camera, off: Slack, chance: &mut Chance) -> Ve
             .collect();
         for surface in mesh.surfaces.iter() {
             for &triangle in &mesh.triangles[surface.triangles.clone()] {
-                let corners = triangle.map(|i| vertices[i as usize]);
+                let mut corners = triangle.map(|i| vertices[i as usize]);
+                // A matrix that mirrors does not turn a mesh inside out.
+                if object.world_from_local.matrix3.determinant() < 0.0 {
+                    corners.swap(1, 2);
+                }
                 draw(corners, surface.material.double_sided, |x, y, depth| {
                     let pixel = &mut pixels[y * width + x];
                     if depth > pixel.0 {

@@ -131,6 +131,7 @@ impl Screen {
                 norms: [norms.x, norms.y, norms.depth, norms.w],
                 snap_error: SNAP_ERROR + f64::from(scale.reach()) + slack.subpixels(scale),
                 relative_error: POSITION_ERROR,
+                slope_error: slack.slope_error(),
                 size: [size.width() as f64, size.height() as f64],
             },
             from_eye,

@@ -53,24 +53,33 @@ impl Frustum {
     pub fn with_slack(camera: &Camera, size: PictureSize, slack: Slack) -> Frustum {
         let (right, up, forward) = (camera.right(), camera.up(), camera.forward());
         let projection = camera.projection();
-        let wider = |pixels: usize| 1.0 + 2.0 * slack.pixels() / pixels as f64;
-        let (wider, higher) = (wider(size.width()), wider(size.height()));
+        // The sides of the picture, counted from its middle: left, right, bottom and top as shares of half of it.
+        let slack_and_jitter = |pixels: usize, jitter: f64| {
+            let [off, moved] = [slack.pixels(), jitter].map(|v| 2.0 * v / pixels as f64);
+            [(1.0 + off) - moved, (1.0 + off) + moved]
+        };
+        let [left, right_side] = slack_and_jitter(size.width(), camera.jitter().x);
+        let [top, bottom] = slack_and_jitter(size.height(), camera.jitter().y);
         let sides = match *projection {
             Projection::Perspective { fov_y, .. } => {
                 let tangent = libm::tan(fov_y * 0.5);
-                let across = forward * (tangent * size.aspect() * wider);
-                let down = forward * (tangent * higher);
+                let across = forward * (tangent * size.aspect());
+                let down = forward * tangent;
                 [
-                    (across + right, 0.0),
-                    (across - right, 0.0),
-                    (down + up, 0.0),
-                    (down - up, 0.0),
+                    (across * left + right, 0.0),
+                    (across * right_side - right, 0.0),
+                    (down * bottom + up, 0.0),
+                    (down * top - up, 0.0),
                 ]
             }
             Projection::Orthographic { height, .. } => {
-                let across = height * 0.5 * size.aspect() * wider;
-                let down = height * 0.5 * higher;
-                [(right, across), (-right, across), (up, down), (-up, down)]
+                let (across, down) = (height * 0.5 * size.aspect(), height * 0.5);
+                [
+                    (right, across * left),
+                    (-right, across * right_side),
+                    (up, down * bottom),
+                    (-up, down * top),
+                ]
             }
         };
         let [near, far] = ends(projection, slack);

@@ -18,6 +18,7 @@
 
 use super::{MapScale, Projection, ViewError};
 use antumbra_simd::SUBPIXELS;
+use antumbra_simd::triangle::DepthPlane;
 
 /// How far the final pass may lie from ours; see the module. None for the CPU picture.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -112,6 +113,15 @@ impl Slack {
             Projection::Orthographic { near, far, .. } => {
                 far.map_or(f64::INFINITY, |far| self.depth * (far - near))
             }
+        }
+    }
+
+    /// How far a depth between vertices may be off, as a share of their range: a device is trusted with ten bits.
+    pub(crate) fn slope_error(&self) -> f64 {
+        if self.is_none() {
+            DepthPlane::SLOPE_ERROR
+        } else {
+            1.0 / 1024.0
         }
     }
 

@@ -21,6 +21,8 @@ struct View {
     most_haze: f32,
     // Depth is the first and the second times z.
     depth: vec2f,
+    // Half the picture's width and height, pixels.
+    half_size: vec2f,
 }
 
 // A surface of an object, ready to be drawn: rows that take a position relative to the middle of its mesh.
@@ -57,23 +59,46 @@ fn unit_or_zero(v: vec3f) -> vec3f {
     return vec3f(0.0);
 }
 
+fn clip_of(draw: Draw, position: vec3f) -> vec4f {
+    let p = vec4f(position, 1.0);
+    return vec4f(dot(draw.clip[0], p), dot(draw.clip[1], p), dot(draw.clip[2], p), dot(draw.clip[3], p));
+}
+
+// A sliver is thinner than this, pixels.
+const THINNEST: f32 = 1.0 / 16.0;
+
+// The farthest z of a sliver's corners, and 1; or 0. The slope of a sliver's depth is all rounding, and devices go on along it beyond
+// the corners' depths. So it is as far away all over as its farthest corner, as it is in the CPU picture.
+fn flat_z(a: vec4f, b: vec4f, c: vec4f) -> vec2f {
+    let nearest = min(min(a.w - a.z, b.w - b.z), c.w - c.z);
+    if min(min(a.w, b.w), c.w) <= 0.0 || nearest < 0.0 {
+        return vec2f(0.0);
+    }
+    let at = a.xy / a.w;
+    let to_b = (b.xy / b.w - at) * view.half_size;
+    let to_c = (c.xy / c.w - at) * view.half_size;
+    let area = abs(to_b.x * to_c.y - to_b.y * to_c.x);
+    let side = max(max(length(to_b), length(to_c)), length(to_b - to_c));
+    return vec2f(min(min(a.z / a.w, b.z / b.w), c.z / c.w), select(0.0, 1.0, area < side * THINNEST));
+}
+
 @vertex
 fn vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) number: u32) -> Vertex {
     let draw = draws[number];
-    let own = vec4f(position_of(corner), 1.0);
-    var out: Vertex;
-    out.position = vec4f(
-        dot(draw.clip[0], own),
-        dot(draw.clip[1], own),
-        dot(draw.clip[2], own),
-        dot(draw.clip[3], own),
-    );
-    out.object = draw.object;
-
     let first = corner - corner % 3u;
     let a = position_of(first);
-    let b = position_of(first + 1u) - a;
-    let c = position_of(first + 2u) - a;
+    var b = position_of(first + 1u);
+    var c = position_of(first + 2u);
+    var out: Vertex;
+    out.position = clip_of(draw, position_of(corner));
+    let sliver = flat_z(clip_of(draw, a), clip_of(draw, b), clip_of(draw, c));
+    if sliver.y == 1.0 {
+        out.position.z = sliver.x * out.position.w;
+    }
+    out.object = draw.object;
+
+    b -= a;
+    c -= a;
     let place = draw.from_eye;
     let along_b = vec3f(dot(place[0].xyz, b), dot(place[1].xyz, b), dot(place[2].xyz, b));
     let along_c = vec3f(dot(place[0].xyz, c), dot(place[1].xyz, c), dot(place[2].xyz, c));

@@ -20,8 +20,6 @@ use antumbra_simd::vertex::ScreenTransform;
 pub struct View {
     camera: Camera,
     size: PictureSize,
-    /// How far samples lie from the pixels' centres.
-    sample: [f64; 2],
     from_eye: ScreenTransform,
     /// The depths where z is 0 and 1: the nearer the larger, as everywhere.
     depths: [f64; 2],
@@ -44,7 +42,7 @@ pub struct ViewUniform {
     haze: [f32; 3],
     most_haze: f32,
     depth: [f32; 2],
-    unused: [f32; 2],
+    half_size: [f32; 2],
 }
 
 /// `Draw` as `draw.wgsl` has it.
@@ -96,8 +94,8 @@ pub struct UploadedList {
 }
 
 impl View {
-    /// A camera for pictures of a size, with samples that lie so far from the pixels' centres.
-    pub fn new(scene: &Scene, camera: &Camera, size: PictureSize, sample: [f64; 2]) -> View {
+    /// A camera for pictures of a size.
+    pub fn new(scene: &Scene, camera: &Camera, size: PictureSize) -> View {
         let from_eye = camera.screen_from_eye(size);
         let near = from_eye.near_depth;
         let farthest = match camera.projection() {
@@ -114,7 +112,6 @@ impl View {
         View {
             camera: *camera,
             size,
-            sample,
             from_eye,
             depths: [farthest, near],
         }
@@ -145,7 +142,7 @@ impl View {
             haze: light::HAZE,
             most_haze: light::MOST_HAZE as f32,
             depth: self.depth_of_z(),
-            unused: [0.0; 2],
+            half_size: [self.size.width(), self.size.height()].map(|pixels| pixels as f32 * 0.5),
         }
     }
 
@@ -153,7 +150,6 @@ impl View {
     fn clip_rows(&self, screen: &ScreenTransform, middle: DVec3) -> [[f32; 4]; 4] {
         let half = |pixels: usize| pixels as f64 * f64::from(SUBPIXELS) * 0.5;
         let (half_width, half_height) = (half(self.size.width()), half(self.size.height()));
-        let [right, down] = self.sample.map(|pixels| pixels * f64::from(SUBPIXELS));
         let [farthest, nearest] = self.depths;
         let ScreenTransform { x, y, depth, w, .. } = screen;
         let row = |value: &dyn Fn(usize) -> f64| {
@@ -162,8 +158,8 @@ impl View {
             [a, b, c, constant].map(|v| v as f32)
         };
         [
-            row(&|i| (x[i] - right * w[i]) / half_width - w[i]),
-            row(&|i| w[i] - (y[i] - down * w[i]) / half_height),
+            row(&|i| x[i] / half_width - w[i]),
+            row(&|i| w[i] - y[i] / half_height),
             row(&|i| (depth[i] - farthest * w[i]) / (nearest - farthest)),
             row(&|i| w[i]),
         ]

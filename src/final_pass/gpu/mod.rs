@@ -40,7 +40,7 @@ pub const NOBODY: u32 = u32::MAX;
 pub enum GpuError {
     /// There is no device.
     #[error(
-        "no graphics processor, nor anything that stands in for one, is to be had: {0}; on Debian, the package mesa-vulkan-drivers draws without one"
+        "no graphics processor is to be had, nor anything that stands in for one; on Debian, the package mesa-vulkan-drivers draws without ({0})"
     )]
     NoDevice(String),
     /// The device lacks something.
@@ -136,7 +136,7 @@ impl GpuPass {
         size: PictureSize,
         objects: &[u32],
     ) -> Result<Image, GpuError> {
-        let view = View::new(&self.scene, camera, size, [0.0; 2]);
+        let view = View::new(&self.scene, camera, size);
         let light = Light::new(&self.scene, camera);
         let list = |alpha: fn(Alpha) -> bool| {
             DrawList::new(&self.scene, &self.geometry, &view, &light, objects, |m| {
@@ -171,8 +171,8 @@ impl GpuPass {
         Ok(Image::of_pixels(size.width(), pixels))
     }
 
-    /// Which of `objects`, in scene order, owns each pixel, row by row: the nearest of those that are not translucent, at a sample that lies
-    /// so far from the pixel's centre, to the right and down in pixels. [`NOBODY`] where there is none.
+    /// Which of `objects`, in scene order, owns each pixel, row by row: the nearest of those that are not translucent. [`NOBODY`] where
+    /// there is none.
     ///
     /// # Errors
     /// If the device fails.
@@ -181,9 +181,8 @@ impl GpuPass {
         camera: &Camera,
         size: PictureSize,
         objects: &[u32],
-        sample: [f64; 2],
     ) -> Result<Vec<u32>, GpuError> {
-        let view = View::new(&self.scene, camera, size, sample);
+        let view = View::new(&self.scene, camera, size);
         let light = Light::new(&self.scene, camera);
         let (device, pipelines) = (&self.device, &self.pipelines);
         let solid = |alpha| alpha != Alpha::Blend;

@@ -43,7 +43,22 @@ struct Draw {
 struct Vertex {
     @builtin(position) @invariant position: vec4f,
     @location(0) @interpolate(flat) lit: vec4f,
-    @location(1) @interpolate(flat) object: u32,
+    @location(1) @interpolate(flat) range_of_z: vec2f,
+    @location(2) @interpolate(flat) object: u32,
+}
+
+struct Lit {
+    @location(0) light: vec4f,
+    @builtin(frag_depth) z: f32,
+}
+
+struct Owned {
+    @location(0) object: u32,
+    @builtin(frag_depth) z: f32,
+}
+
+fn z_of(in: Vertex) -> f32 {
+    return clamp(in.position.z, in.range_of_z.x, in.range_of_z.y);
 }
 
 fn position_of(corner: u32) -> vec3f {
@@ -67,19 +82,21 @@ fn clip_of(draw: Draw, position: vec3f) -> vec4f {
 // A sliver is thinner than this, pixels.
 const THINNEST: f32 = 1.0 / 16.0;
 
-// The farthest z of a sliver's corners, and 1; or 0. The slope of a sliver's depth is all rounding, and devices go on along it beyond
-// the corners' depths. So it is as far away all over as its farthest corner, as it is in the CPU picture.
-fn flat_z(a: vec4f, b: vec4f, c: vec4f) -> vec2f {
-    let nearest = min(min(a.w - a.z, b.w - b.z), c.w - c.z);
-    if min(min(a.w, b.w), c.w) <= 0.0 || nearest < 0.0 {
-        return vec2f(0.0);
+// The least and the largest z of a triangle's samples. The slope of a sliver's depth is all rounding, and devices go on along it beyond
+// the corners' depths. So, as in the CPU picture, no sample lies outside of these, and a sliver is as far away all over as its farthest
+// corner.
+fn range_of_z(a: vec4f, b: vec4f, c: vec4f) -> vec2f {
+    if min(min(a.w, b.w), c.w) <= 0.0 {
+        return vec2f(0.0, 1.0);
     }
+    let z = vec3f(a.z / a.w, b.z / b.w, c.z / c.w);
     let at = a.xy / a.w;
     let to_b = (b.xy / b.w - at) * view.half_size;
     let to_c = (c.xy / c.w - at) * view.half_size;
     let area = abs(to_b.x * to_c.y - to_b.y * to_c.x);
     let side = max(max(length(to_b), length(to_c)), length(to_b - to_c));
-    return vec2f(min(min(a.z / a.w, b.z / b.w), c.z / c.w), select(0.0, 1.0, area < side * THINNEST));
+    let least = min(min(z.x, z.y), z.z);
+    return vec2f(least, select(max(max(z.x, z.y), z.z), least, area < side * THINNEST));
 }
 
 @vertex
@@ -91,10 +108,7 @@ fn vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) number: u
     var c = position_of(first + 2u);
     var out: Vertex;
     out.position = clip_of(draw, position_of(corner));
-    let sliver = flat_z(clip_of(draw, a), clip_of(draw, b), clip_of(draw, c));
-    if sliver.y == 1.0 {
-        out.position.z = sliver.x * out.position.w;
-    }
+    out.range_of_z = range_of_z(clip_of(draw, a), clip_of(draw, b), clip_of(draw, c));
     out.object = draw.object;
 
     b -= a;
@@ -122,18 +136,19 @@ fn vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) number: u
 
 // What the light of a face is after the way from its depth.
 @fragment
-fn light(in: Vertex) -> @location(0) vec4f {
+fn light(in: Vertex) -> Lit {
+    let z = z_of(in);
     var haze = 0.0;
     if view.perspective == 1.0 {
-        let distance = view.near / (view.depth.x + view.depth.y * in.position.z) - view.clear_distance;
+        let distance = view.near / (view.depth.x + view.depth.y * z) - view.clear_distance;
         if distance > 0.0 {
             haze = view.most_haze * (distance / (distance + view.haze_distance));
         }
     }
-    return vec4f(mix(in.lit.rgb, view.haze, haze), in.lit.a);
+    return Lit(vec4f(mix(in.lit.rgb, view.haze, haze), in.lit.a), z);
 }
 
 @fragment
-fn owner(in: Vertex) -> @location(0) u32 {
-    return in.object;
+fn owner(in: Vertex) -> Owned {
+    return Owned(in.object, z_of(in));
 }

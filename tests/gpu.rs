@@ -136,7 +136,7 @@ fn pictures_of_real_scenes_are_the_same_with_culling_and_without_and_close_to_th
         || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes"),
         PathBuf::from,
     );
-    for (name, every) in [("castle", 8), ("clinic", 12), ("falcon", 20)] {
+    for (name, every) in [("castle", 8), ("clinic", 12), ("falcon", 22)] {
         let file = folder.join(format!("{name}.glb"));
         if !file.exists() {
             eprintln!("skipped: there is no {}", file.display());

@@ -42,6 +42,7 @@ fn frames(scene: &Arc<Scene>, path: &CameraPath, cull: Settings) -> Vec<FrameRep
         cull,
         cold: false,
         every: 8,
+        animate: None,
         simulate_threads: false,
     };
     let prepared = Prepared::new(scene.clone());

@@ -494,6 +494,7 @@ fn never_culls_what_owns_a_pixel_of_real_scenes() {
                     },
                     cold: true,
                     every: path.cameras().len() / 3,
+                    animate: None,
                     simulate_threads: false,
                 };
                 let totals = run(&prepared, &path, &settings, |_, _| {})

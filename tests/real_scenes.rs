@@ -43,6 +43,7 @@ fn measure(name: &str, every: usize, budget: Budget) -> Option<Totals> {
         },
         cold: true,
         every,
+        animate: None,
         simulate_threads: false,
     };
     let report = run(&Prepared::new(scene), &path, &settings, |_, _| {}).expect("threads");
@@ -103,6 +104,7 @@ fn a_quarter_map_loses_nothing() {
                 cull,
                 cold: true,
                 every,
+                animate: None,
                 simulate_threads: false,
             };
             let prepared = Prepared::new(scene.clone());
@@ -132,6 +134,7 @@ fn a_flight_needs_few_occluders() {
                 },
                 cold: false,
                 every: 12,
+                animate: None,
                 simulate_threads: false,
             };
             run(&prepared, &path, &settings, |_, _| {}).expect("threads")

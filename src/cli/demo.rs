@@ -82,6 +82,7 @@ impl Demo {
             cull,
             cold: false,
             every,
+            animate: None,
             simulate_threads: false,
         };
         let bar = progress::bar("judging", 0);

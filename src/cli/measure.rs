@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use antumbra::measure::{MeasureSettings, Prediction, Report, run};
+use antumbra::measure::{MeasureSettings, Moving, Prediction, Report, run};
 use antumbra::occluders::Selection;
 use clap::Args;
 
@@ -52,6 +52,14 @@ pub struct Measure {
     #[arg(long)]
     cold: bool,
 
+    /// Move objects from frame to frame: doors (one in 64 turns about an edge) or all
+    #[arg(long, value_name = "WHAT")]
+    animate: Option<Moving>,
+
+    /// Which objects move, and how
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+
     /// Predict what frames would take on 2 to 64 threads, from what each task takes on one
     #[arg(long)]
     simulate_threads: bool,
@@ -68,6 +76,7 @@ impl Measure {
             cull: self.depth.of(self.occluders.of(self.cull.settings()?))?,
             cold: self.cold,
             every: self.frames.every.get(),
+            animate: self.animate.map(|moving| (moving, self.seed)),
             simulate_threads: self.simulate_threads,
         };
         let path = load_path(&self.path)?;

@@ -43,22 +43,23 @@ const FEWEST_KEYS: usize = 128;
 #[derive(Debug, Default)]
 pub struct Memory {
     selected: Selected,
-    draw: DrawMemory,
+    pub(super) draw: DrawMemory,
     frustum: FrustumMemory,
-    traverse: TraverseMemory,
+    pub(super) traverse: TraverseMemory,
     in_frustum: Vec<u32>,
     /// Those of them that the last frame names as candidates.
     of_last: Vec<u32>,
     /// The keys of the occluders in the frustum, as tasks found them.
     candidates: Vec<Vec<u64>>,
     /// The objects that their boxes' rectangles do not hide,
-    undecided: Vec<(u32, Footprint)>,
+    pub(super) undecided: Vec<(u32, Footprint)>,
     /// and those of them that closer questions do not hide either.
-    kept: Vec<Kept>,
-    look: LookMemory,
+    pub(super) kept: Vec<Kept>,
+    pub(super) look: LookMemory,
     test: TestMemory,
     pub(super) two_passes: TwoPassMemory,
-    hidden: Marks,
+    pub(super) hidden: Marks,
+    pub(super) footprints: Vec<Footprint>,
 }
 
 /// What a frame is to draw first.
@@ -176,7 +177,7 @@ impl Frame<'_> {
     }
 
     /// Where everything is drawn there is nothing to choose.
-    fn is_by_contribution(&self) -> bool {
+    pub(super) fn is_by_contribution(&self) -> bool {
         self.settings.occluders == Selection::Contribution
             && self.settings.budget != Budget::All
             && self.asks_before_drawing()
@@ -422,7 +423,7 @@ impl Frame<'_> {
             not_hidden(self, objects, buffer, &mut memory.test, visible);
             kept.retain(|kept| visible.binary_search(&kept.object).is_ok());
         }
-        seen.note(self.subtrees, undecided, kept);
+        seen.note(self.scene.bvh(), undecided, kept);
         if is_cut_short {
             contributions.keep_untried();
         }
@@ -432,7 +433,7 @@ impl Frame<'_> {
     }
 
     /// Puts objects back that are never culled.
-    fn put_back_never_culled(&self, camera: &Camera, visible: &mut Vec<u32>) {
+    pub(super) fn put_back_never_culled(&self, camera: &Camera, visible: &mut Vec<u32>) {
         let never_culled = self.occluders.never_culled();
         if never_culled.is_empty() {
             return;
@@ -516,13 +517,13 @@ impl Frame<'_> {
 }
 
 /// Tells how long stages take.
-struct Clock {
+pub(super) struct Clock {
     since: Instant,
     times: StageTimes,
 }
 
 impl Clock {
-    fn start() -> Clock {
+    pub(super) fn start() -> Clock {
         Clock {
             since: Instant::now(),
             times: StageTimes::default(),
@@ -538,14 +539,14 @@ impl Clock {
     }
 
     /// Ends a frame.
-    fn end(mut self, found: &mut VisibleSet) {
+    pub(super) fn end(mut self, found: &mut VisibleSet) {
         found.statistics.objects_visible = found.visible.len() as u64;
         self.lap(|times| &mut times.test);
         found.times = self.times;
     }
 
     /// Adds the time since the last lap to a stage's.
-    fn lap(&mut self, stage: impl FnOnce(&mut StageTimes) -> &mut Duration) {
+    pub(super) fn lap(&mut self, stage: impl FnOnce(&mut StageTimes) -> &mut Duration) {
         let now = Instant::now();
         *stage(&mut self.times) += now - self.since;
         self.since = now;

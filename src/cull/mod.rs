@@ -23,16 +23,20 @@ mod gaps;
 mod marks;
 mod occluders;
 mod recall;
+mod reuse;
 mod rounds;
 mod sampled;
 mod seen;
+mod skips;
 mod staged;
 mod statistics;
 mod test;
 mod translucent;
 mod traverse;
 mod two_passes;
+mod views;
 mod waiting;
+mod world;
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -47,19 +51,22 @@ use crate::prepare::{
     ClusterId, ClusteredMesh, ClusteredScene, Prepared, StaticCriteria, VisibilityGrid,
     VisibilityGridError,
 };
-use crate::scene::Scene;
+use crate::scene::{Move, Scene, SceneError};
 use crate::tasks::{Record, Stage, Tasks, stay_awake};
 use crate::view::{Camera, Frustum, MapScale, PictureSize, Slack};
 
 use clusters::ClusterWalk;
-use frame::Memory;
 use occluders::Occluders;
+use reuse::Region;
 use seen::Seen;
 pub(crate) use staged::StagedFrame;
 use traverse::{FrustumMemory, Subtrees};
+use views::View;
+use world::World;
 
 pub use antumbra_simd::{Level, LevelUnavailable};
 pub use appearances::Appearances;
+pub use skips::{Skip, Skips};
 pub use statistics::{StageTimes, Statistics};
 
 /// How to cull.
@@ -99,6 +106,10 @@ pub struct Settings {
     pub threads: usize,
     /// The instruction set.
     pub level: Level,
+    /// Whether a frame takes from the last one's answer what still holds: all of it where neither the camera nor the scene has
+    /// changed, and all but what they touch where a few objects have moved. (The latter only if occluders are chosen by
+    /// contribution, and nothing may be lost.) A budget of time has every frame find out everything.
+    pub reuse: bool,
 }
 
 impl Settings {
@@ -119,6 +130,7 @@ impl Settings {
             most_passes: u32::MAX,
             threads: 0,
             level: Level::best(),
+            reuse: true,
         }
     }
 }
@@ -142,22 +154,8 @@ pub struct VisibleSet {
 pub struct Culler {
     /// None for one thread: the caller's own does it all.
     pool: Option<ThreadPool>,
-    state: State,
-}
-
-/// All of a culler but its threads.
-#[derive(Debug)]
-struct State {
-    scene: Arc<Scene>,
-    settings: Settings,
-    occluders: Arc<Occluders>,
-    subtrees: Arc<Subtrees>,
-    visibility_grid: Option<Arc<VisibilityGrid>>,
-    /// Objects that stand out, in scene order, and how much.
-    salient: Vec<(u32, f32)>,
-    buffer: Option<OcclusionBuffer>,
-    remembered: Remembered,
-    memory: Memory,
+    world: World,
+    view: View,
 }
 
 /// What a frame knows of those before it: what they needed, and what could be seen. It chooses occluders, and hides nothing.
@@ -182,6 +180,8 @@ struct Frame<'a> {
     tasks: Tasks<'a>,
     /// When no more occluders are to be drawn, if that depends on the time.
     ends: Option<Instant>,
+    /// What is to be found out again, if the rest is known from the last frame.
+    region: Option<Region>,
 }
 
 impl Frame<'_> {
@@ -241,13 +241,7 @@ impl Culler {
     }
 
     fn of_prepared(pool: ThreadPool, prepared: &Prepared, settings: Settings) -> Culler {
-        let scene = prepared.scene().clone();
-        let occluders = Arc::new(Occluders::new(prepared));
-        let subtrees = Arc::new(Subtrees::new(&scene));
-        let grid = prepared.visibility_grid().cloned();
-        let mut culler = Culler::prepared(pool, scene, settings, occluders, subtrees);
-        culler.state.visibility_grid = grid;
-        culler
+        Culler::of_world(pool, World::new(prepared), settings)
     }
 
     /// Another culler for the same scene, with other settings and nothing remembered; what is known of the scene is shared.
@@ -258,17 +252,7 @@ impl Culler {
         let pool = ThreadPoolBuilder::new()
             .num_threads(settings.threads)
             .build()?;
-        let State {
-            scene,
-            occluders,
-            subtrees,
-            visibility_grid,
-            ..
-        } = &self.state;
-        let (scene, occluders) = (scene.clone(), occluders.clone());
-        let mut another = Culler::prepared(pool, scene, settings, occluders, subtrees.clone());
-        another.state.visibility_grid.clone_from(visibility_grid);
-        Ok(another)
+        Ok(Culler::of_world(pool, self.world.clone(), settings))
     }
 
     /// Gives sampled visibility of this scene to the frames: to [`Selection::Sampled`], and to those by contribution that remember
@@ -280,55 +264,36 @@ impl Culler {
         &mut self,
         grid: Arc<VisibilityGrid>,
     ) -> Result<(), VisibilityGridError> {
-        let state = &mut self.state;
-        state.visibility_grid = None;
-        grid.check_scene(&state.scene, state.occluders.clusters())?;
-        state.visibility_grid = Some(grid);
-        Ok(())
+        self.world.set_visibility_grid(grid)
     }
 
     /// The sampled visibility that frames use, if there is any.
     pub fn visibility_grid(&self) -> Option<&Arc<VisibilityGrid>> {
-        self.state.visibility_grid.as_ref()
+        self.world.visibility_grid()
     }
 
     /// The clusters of the scene's occluders.
     pub fn clusters(&self) -> &ClusteredScene {
-        self.state.occluders.clusters()
+        self.world.occluders.clusters()
     }
 
-    fn prepared(
-        pool: ThreadPool,
-        scene: Arc<Scene>,
-        settings: Settings,
-        occluders: Arc<Occluders>,
-        subtrees: Arc<Subtrees>,
-    ) -> Culler {
-        occluders.prepare_for(&scene, &settings, &pool);
+    fn of_world(pool: ThreadPool, world: World, settings: Settings) -> Culler {
+        world.prepare_for(&settings, &pool);
         Culler {
             pool: (pool.current_num_threads() > 1).then_some(pool),
-            state: State {
-                subtrees,
-                scene,
-                settings,
-                occluders,
-                visibility_grid: None,
-                salient: Vec::new(),
-                buffer: None,
-                remembered: Remembered::default(),
-                memory: Memory::default(),
-            },
+            world,
+            view: View::new(settings),
         }
     }
 
     /// The scene.
     pub fn scene(&self) -> &Arc<Scene> {
-        &self.state.scene
+        &self.world.scene
     }
 
     /// The settings.
     pub fn settings(&self) -> &Settings {
-        &self.state.settings
+        &self.view.settings
     }
 
     /// Says how much an object stands out against what may hide it, from 0 to 1: a lamp behind leaves (HOM §5.3.2). Where holes are
@@ -338,25 +303,15 @@ impl Culler {
     /// # Panics
     /// If there is no such object.
     pub fn set_salience(&mut self, object: u32, salience: f32) {
-        assert!((object as usize) < self.state.scene.objects().len());
-        let salient = &mut self.state.salient;
-        let place = salient.binary_search_by_key(&object, |&(object, _)| object);
-        match place {
-            Ok(place) if salience > 0.0 => salient[place].1 = salience,
-            Ok(place) => {
-                salient.remove(place);
-            }
-            Err(place) if salience > 0.0 => salient.insert(place, (object, salience)),
-            Err(_) => {}
-        }
+        self.world.set_salience(object, salience);
     }
 
     /// About what share of each visible object may be seen, more than 0 and up to 1, in their order
     /// ([`Visibility::Visible`](crate::occlusion::Visibility)): where a coarser model would do. Nothing if there was no frame yet.
     pub fn visibility_levels(&self, visible: &VisibleSet, levels: &mut Vec<f32>) {
         levels.clear();
-        if let Some(buffer) = &self.state.buffer {
-            let bounds = self.state.scene.bounds();
+        if let Some(buffer) = &self.view.buffer {
+            let bounds = self.world.scene.bounds();
             let visible = visible.visible.iter();
             // What was taken for visible, or is never culled, may be hidden all the same.
             let level = |&object: &u32| buffer.test_aabb(&bounds[object as usize]).level();
@@ -373,33 +328,50 @@ impl Culler {
 
     /// What the last frame drew; none before the first.
     pub fn buffer(&self) -> Option<&OcclusionBuffer> {
-        self.state.buffer.as_ref()
+        self.view.buffer.as_ref()
     }
 
     /// The depth of what the last frame drew, if it is not in the tiles of [`Culler::buffer`]: see [`Settings::depth`].
     pub fn depth_map(&self) -> Option<&DepthMap> {
-        self.state.memory.two_passes.depth_map()
+        self.view.memory.two_passes.depth_map()
     }
 
     /// What the next frame knows of those before it.
     pub fn remembered(&self) -> &Remembered {
-        &self.state.remembered
+        &self.view.remembered
+    }
+
+    /// Moves objects, occluders among them: from the next frame on they are where they go, in every way. See [`Scene::move_objects`].
+    ///
+    /// The scene is copied first if others share it, but for its meshes; once is enough.
+    ///
+    /// # Errors
+    /// Those of [`Scene::move_objects`]. Nothing has moved then.
+    pub fn move_objects(&mut self, moves: &[Move]) -> Result<(), SceneError> {
+        self.world.move_objects(moves)
+    }
+
+    /// Makes pictures of another size from the next frame on. What is remembered stays.
+    pub fn resize(&mut self, size: PictureSize) {
+        self.view.resize(size);
     }
 
     /// Goes back to what an earlier frame knew of those before it.
     pub fn recall(&mut self, remembered: &Remembered) {
-        self.state.remembered.clone_from(remembered);
+        self.view.forget_answer();
+        self.view.remembered.clone_from(remembered);
     }
 
     /// Forgets all frames.
     pub fn forget(&mut self) {
-        self.state.remembered.clear();
+        self.view.forget_answer();
+        self.view.remembered.clear();
     }
 
     /// The objects whose boxes are not wholly outside one plane of a camera's frustum, in scene order: those that culling
     /// chooses from. (A frame does not look at all of them.)
     pub fn in_frustum(&self, camera: &Camera) -> Vec<u32> {
-        let frame = self.state.frame_of(Tasks::ALONE);
+        let frame = self.frame_of(Tasks::ALONE);
         let frustum = frame.frustum(camera);
         let mut found = Vec::new();
         traverse::in_frustum(&frame, &frustum, &mut FrustumMemory::default(), &mut found);
@@ -413,17 +385,11 @@ impl Culler {
     /// # Panics
     /// If there is no such object or cluster.
     pub fn cull_behind(&mut self, camera: &Camera, clusters: &[ClusterId], found: &mut VisibleSet) {
-        let mut given = self.state.occluders.remembered(&self.state.scene, clusters);
-        let state = &mut self.state;
-        match &self.pool {
-            None => state.frame_behind(Tasks::ALONE, camera, &mut given, found),
-            Some(pool) => {
-                let tasks = Tasks::shared(pool.current_num_threads());
-                pool.install(|| {
-                    stay_awake(|| state.frame_behind(tasks, camera, &mut given, found));
-                });
-            }
-        }
+        let mut given = self.world.occluders.remembered(&self.world.scene, clusters);
+        let (world, view) = (&self.world, &mut self.view);
+        in_tasks(&self.pool, |tasks| {
+            view.frame_behind(world, tasks, camera, &mut given, found);
+        });
     }
 
     /// Finds what a camera may see.
@@ -436,14 +402,8 @@ impl Culler {
     /// Finds what a camera may see, and puts it into the memory of an earlier answer: when frames are alike, none
     /// allocates.
     pub fn cull_into(&mut self, camera: &Camera, found: &mut VisibleSet) {
-        let state = &mut self.state;
-        match &self.pool {
-            None => state.frame(Tasks::ALONE, camera, found),
-            Some(pool) => {
-                let tasks = Tasks::shared(pool.current_num_threads());
-                pool.install(|| stay_awake(|| state.frame(tasks, camera, found)));
-            }
-        }
+        let (world, view) = (&self.world, &mut self.view);
+        in_tasks(&self.pool, |tasks| view.frame(world, tasks, camera, found));
     }
 
     /// Which clusters of the objects that the last frame found visible may be seen: an object that reaches everywhere may be
@@ -454,10 +414,10 @@ impl Culler {
     /// Exact if culling is: every cluster that owns a pixel is named. Nothing if there was no frame yet.
     pub fn visible_clusters(&self, visible: &VisibleSet, whole: &mut Vec<u32>) -> Vec<ClusterId> {
         let mut found = Vec::new();
-        let Some(buffer) = &self.state.buffer else {
+        let Some(buffer) = &self.view.buffer else {
             return found;
         };
-        let frame = self.state.frame_of(Tasks::ALONE);
+        let frame = self.frame_of(Tasks::ALONE);
         let mut walk = ClusterWalk::default();
         for &object in &visible.visible {
             if !walk.find_not_hidden(&frame, buffer, object, &mut found) {
@@ -469,8 +429,12 @@ impl Culler {
 
     /// The clusters of what an object is drawn as when it is an occluder; none if it is none.
     pub fn occluder_of(&self, object: u32) -> Option<&ClusteredMesh> {
-        let object = self.state.scene.objects().get(object as usize)?;
-        self.state.occluders.mesh_of(object)
+        let object = self.world.scene.objects().get(object as usize)?;
+        self.world.occluders.mesh_of(object)
+    }
+
+    fn frame_of<'a>(&'a self, tasks: Tasks<'a>) -> Frame<'a> {
+        self.world.frame_of(&self.view.settings, tasks)
     }
 
     /// Finds what a camera may see, on the calling thread alone but in the tasks that a frame on so many threads would
@@ -483,19 +447,9 @@ impl Culler {
     ) -> Vec<Stage> {
         let record = Record::start();
         let tasks = Tasks::recorded(threads, &record);
-        self.state.frame(tasks, camera, found);
+        self.view.frame(&self.world, tasks, camera, found);
         record.finish()
     }
-}
-
-fn new_buffer(settings: &Settings, camera: &Camera) -> OcclusionBuffer {
-    let Settings {
-        size,
-        map_scale,
-        slack,
-        ..
-    } = *settings;
-    OcclusionBuffer::with_slack(size, *camera, map_scale, slack)
 }
 
 impl Remembered {
@@ -506,75 +460,13 @@ impl Remembered {
     }
 }
 
-impl State {
-    fn frame_of<'a>(&'a self, tasks: Tasks<'a>) -> Frame<'a> {
-        Frame {
-            scene: &self.scene,
-            occluders: &self.occluders,
-            subtrees: &self.subtrees,
-            visibility_grid: self.visibility_grid.as_deref(),
-            salient: &self.salient,
-            settings: &self.settings,
-            tasks,
-            ends: None,
+/// Does something in tasks: of a pool's threads, or if there is none on the calling one alone.
+fn in_tasks(pool: &Option<ThreadPool>, work: impl FnOnce(Tasks<'_>) + Send) {
+    match pool {
+        None => work(Tasks::ALONE),
+        Some(pool) => {
+            let tasks = Tasks::shared(pool.current_num_threads());
+            pool.install(|| stay_awake(|| work(tasks)));
         }
-    }
-
-    fn frame(&mut self, tasks: Tasks<'_>, camera: &Camera, found: &mut VisibleSet) {
-        let State {
-            scene,
-            settings,
-            occluders,
-            subtrees,
-            visibility_grid,
-            salient,
-            buffer,
-            remembered,
-            memory,
-        } = self;
-        let frame = Frame {
-            scene,
-            occluders,
-            subtrees,
-            visibility_grid: visibility_grid.as_deref(),
-            salient,
-            settings,
-            tasks,
-            // A time beyond all times is none.
-            ends: settings
-                .budget
-                .time()
-                .and_then(|time| Instant::now().checked_add(time)),
-        };
-        let buffer = buffer.get_or_insert_with(|| new_buffer(settings, camera));
-        frame.run(camera, buffer, remembered, memory, found);
-    }
-
-    fn frame_behind(
-        &mut self,
-        tasks: Tasks<'_>,
-        camera: &Camera,
-        given: &mut Contributions,
-        found: &mut VisibleSet,
-    ) {
-        let settings = Settings {
-            // All that is given is drawn.
-            budget: Budget::All,
-            ..self.settings
-        };
-        let frame = Frame {
-            scene: &self.scene,
-            occluders: &self.occluders,
-            subtrees: &self.subtrees,
-            visibility_grid: None,
-            salient: &self.salient,
-            settings: &settings,
-            tasks,
-            ends: None,
-        };
-        let buffer = self
-            .buffer
-            .get_or_insert_with(|| new_buffer(&settings, camera));
-        frame.run_behind(camera, buffer, given, &mut self.memory, found);
     }
 }

@@ -24,12 +24,20 @@ pub fn recall(
     waiting: &mut Waiting,
 ) -> bool {
     let RecallMemory { chosen, footprints } = memory;
-    contributions.choose(frame.settings.budget, chosen);
+    if frame.region.is_none() {
+        contributions.choose(frame.settings.budget, chosen);
+    } else {
+        contributions.choose_all(chosen);
+    }
     let object_of = |&place: &u32| contributions.id(place).object;
     let mut in_picture = 0;
     for places in chosen.chunk_by(|a, b| object_of(a) == object_of(b)) {
         let number = object_of(&places[0]);
         let number_of = |&place: &u32| contributions.id(place).cluster;
+        let bounds = &frame.scene.bounds()[number as usize];
+        if { frame.region }.is_some_and(|region| region.misses(screen.footprint_of_aabb(bounds))) {
+            continue;
+        }
         let numbers = places.iter().map(number_of);
         let Some((placed, mesh)) =
             place_clusters(frame, number, numbers, screen, waiting, footprints)
@@ -38,7 +46,9 @@ pub fn recall(
         };
         let mut are_none = true;
         for (place, &footprint) in places.iter().zip(&*footprints) {
-            if footprint == Footprint::Nowhere {
+            if footprint == Footprint::Nowhere || { frame.region }
+                .is_some_and(|region| region.misses(footprint))
+            {
                 continue;
             }
             are_none = false;
@@ -48,7 +58,8 @@ pub fn recall(
                 placed,
                 cluster,
                 triangles: u32::from(mesh.clusters()[cluster as usize].triangle_count),
-                known: Some(*place),
+                // What a part of a frame gains says nothing of the whole.
+                known: frame.region.is_none().then_some(*place),
                 footprint,
                 asked_before: None,
             });

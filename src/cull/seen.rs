@@ -5,9 +5,8 @@
 //! asked at once. (HOM §7.4: temporal coherence.)
 
 use super::test::{Kept, MANY};
-use super::traverse::Subtrees;
 use crate::occlusion::Footprint;
-use crate::scene::Scene;
+use crate::scene::{Bvh, Scene};
 
 /// The longest that an object which shows at many samples is taken for visible, in frames. One that shows at fewer is asked again
 /// after a third of that.
@@ -36,6 +35,8 @@ pub struct Seen {
     hidden_since: u32,
     /// Whether nothing is trusted in this frame.
     is_cut: bool,
+    /// The frame whose answers count: the last one, or of a part of a frame the frame itself.
+    last: u32,
 }
 
 impl Seen {
@@ -53,16 +54,33 @@ impl Seen {
     pub fn begin_frame(&mut self, scene: &Scene) {
         self.frame = self.frame.wrapping_add(1).max(2);
         self.is_cut = false;
+        self.last = self.frame - 1;
         self.frame_of.resize(scene.objects().len(), 0);
         self.trusted_until.resize(scene.objects().len(), 0);
         self.open_in.resize(scene.bvh().nodes.len(), 0);
+    }
+
+    /// Begins a part of the frame that ended: what that saw is what was seen.
+    pub fn begin_part(&mut self) {
+        self.is_cut = false;
+        self.last = self.frame;
+    }
+
+    /// Notes what became of the objects that a part of a frame asked about.
+    pub fn note_part(&mut self, undecided: &[(u32, Footprint)], visible: &[Kept]) {
+        for &(object, _) in undecided {
+            self.frame_of[object as usize] = 0;
+        }
+        for kept in visible {
+            self.frame_of[kept.object as usize] = self.frame;
+        }
     }
 
     /// Whether an object is taken for visible without asking.
     pub fn is_trusted(&self, object: u32) -> bool {
         let object = object as usize;
         !self.is_cut
-            && self.frame_of[object] == self.frame - 1
+            && self.frame_of[object] == self.last
             && self.trusted_until[object] >= self.frame
     }
 
@@ -73,7 +91,7 @@ impl Seen {
 
     /// Whether something in a node was not hidden in the last frame.
     pub fn was_open(&self, node: u32) -> bool {
-        self.open_in[node as usize] == self.frame - 1
+        self.open_in[node as usize] == self.last
     }
 
     /// How many of some objects are not taken for visible.
@@ -85,7 +103,7 @@ impl Seen {
     }
 
     /// Notes which objects were not hidden by their boxes' rectangles, and which are visible.
-    pub fn note(&mut self, subtrees: &Subtrees, undecided: &[(u32, Footprint)], visible: &[Kept]) {
+    pub fn note(&mut self, bvh: &Bvh, undecided: &[(u32, Footprint)], visible: &[Kept]) {
         self.judge_trust(undecided, visible);
         let long = self.trust;
         for kept in visible {
@@ -102,17 +120,17 @@ impl Seen {
             self.frame_of[kept.object as usize] = self.frame;
         }
         for &(object, _) in undecided {
-            let mut node = subtrees.leaf_of(object);
+            let mut node = bvh.leaf_of(object);
             while self.open_in[node as usize] != self.frame {
                 self.open_in[node as usize] = self.frame;
-                node = subtrees.parent_of(node);
+                node = bvh.parent_of(node);
             }
         }
     }
 
     /// Finds out how long objects may be taken for visible.
     fn judge_trust(&mut self, undecided: &[(u32, Footprint)], visible: &[Kept]) {
-        let was_visible = |object: u32| self.frame_of[object as usize] == self.frame - 1;
+        let was_visible = |object: u32| self.frame_of[object as usize] == self.last;
         let asked = |object: u32| was_visible(object) && !self.is_trusted(object);
         let before = undecided
             .iter()

@@ -6,7 +6,8 @@
 use std::time::{Duration, Instant};
 
 use super::frame::Memory;
-use super::{Culler, Frame, Remembered, StageTimes, VisibleSet, new_buffer};
+use super::views::new_buffer;
+use super::{Culler, Frame, Remembered, StageTimes, VisibleSet};
 use crate::occlusion::OcclusionBuffer;
 use crate::tasks::Tasks;
 use crate::view::Camera;
@@ -78,7 +79,7 @@ impl Culler {
         let left = time.map(|time| time.saturating_sub(found.times.total()));
         Frame {
             ends: left.and_then(|left| Instant::now().checked_add(left)),
-            ..self.state.frame_of(Tasks::ALONE)
+            ..self.frame_of(Tasks::ALONE)
         }
     }
 }

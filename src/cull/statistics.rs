@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use super::Skips;
+
 /// Counts of one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Statistics {
@@ -26,6 +28,8 @@ pub struct Statistics {
     /// Pixels of holes that approximate accuracy ignored: see
     /// [`OcclusionBuffer::ignored_pixels`](crate::occlusion::OcclusionBuffer::ignored_pixels).
     pub ignored_pixels: u64,
+    /// The steps that the frame skipped, and why.
+    pub skipped: Skips,
 }
 
 /// How long the stages of a frame took; together, the whole frame.

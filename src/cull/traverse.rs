@@ -136,10 +136,6 @@ impl Walk {
 #[derive(Debug)]
 pub struct Subtrees {
     objects: Vec<Range<u32>>,
-    /// The parent of each node; of the root, itself.
-    parents: Vec<u32>,
-    /// The leaf that holds each object.
-    leaves: Vec<u32>,
 }
 
 impl Subtrees {
@@ -156,34 +152,9 @@ impl Subtrees {
             }
             first.first..last.first + last.count
         };
-        let mut parents = vec![0; nodes.len()];
-        let mut leaves = vec![0; scene.objects().len()];
-        for (index, node) in (0..).zip(nodes) {
-            if node.is_leaf() {
-                for &object in objects_of(scene, node) {
-                    leaves[object as usize] = index;
-                }
-            } else {
-                for child in [node.first, node.first + 1] {
-                    parents[child as usize] = index;
-                }
-            }
-        }
         Subtrees {
             objects: nodes.iter().map(range).collect(),
-            parents,
-            leaves,
         }
-    }
-
-    /// The node above a node; of the root, itself.
-    pub fn parent_of(&self, node: u32) -> u32 {
-        self.parents[node as usize]
-    }
-
-    /// The leaf that holds an object.
-    pub fn leaf_of(&self, object: u32) -> u32 {
-        self.leaves[object as usize]
     }
 
     /// How many objects are below a node.
@@ -393,6 +364,7 @@ impl Look {
             let (index, footprint) = (self.asked[i], self.footprints[i]);
             // What is nowhere on the screen is nobody's question. Of what reaches the near plane the frustum has to say so.
             let is_outside = match footprint {
+                _ if { frame.region }.is_some_and(|region| region.misses(footprint)) => true,
                 Footprint::Nowhere => true,
                 Footprint::Within(_) => false,
                 Footprint::Unbounded => {
@@ -439,6 +411,7 @@ impl Look {
         let asked = self.objects.iter().zip(&self.footprints);
         let undecided = asked.filter(|&(object, &footprint)| {
             footprint != Footprint::Nowhere
+                && !{ frame.region }.is_some_and(|region| region.misses(footprint))
                 && (seen.is_trusted(*object) || !buffer.hides(footprint))
                 && frustum.contains(bounds(object), Planes::ALL) != Containment::Outside
         });

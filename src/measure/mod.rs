@@ -5,6 +5,7 @@
 //! many of the hidden objects a perfect test of bounding boxes would have found. A third, the [`Oracle`], says how few
 //! triangles would have done. `throughput` compares frames one by one with frames in a pipeline.
 
+mod animation;
 mod ideal;
 mod oracle;
 mod pareto;
@@ -15,6 +16,7 @@ mod schedule;
 mod sweep;
 mod throughput;
 
+pub use animation::{Animation, Moving};
 pub use ideal::{ExactDepths, ideal_box_test, ideal_face_test};
 pub use oracle::{Oracle, Owner, within};
 pub use pareto::pareto_front;

@@ -79,6 +79,10 @@ pub struct SettingsReport {
     pub slack: f64,
     /// Every how many frames one is judged.
     pub every: usize,
+    /// What moves: `doors`, `all`, or null.
+    pub animate: Option<String>,
+    /// The seed that says how, or null.
+    pub seed: Option<u64>,
 }
 
 /// Times in microseconds.
@@ -131,6 +135,10 @@ pub struct FrameReport {
     pub frame: usize,
     /// Of the repeat that took least.
     pub time_us: TimesUs,
+    /// Objects that were moved before it,
+    pub moved: u64,
+    /// and how long that took, in microseconds; not part of the times above.
+    pub move_us: f64,
     /// Objects whose world box is not wholly outside a plane of the frustum.
     pub in_frustum: u64,
     /// Of these, those that own a pixel.

@@ -2,12 +2,13 @@
 
 use std::time::{Duration, Instant};
 
+use glam::DVec3;
 use rayon::ThreadPoolBuildError;
 use rayon::prelude::*;
 
 use super::{
-    FrameReport, Reference, Report, SceneReport, SettingsReport, Simulation, Totals,
-    ideal_box_test, ideal_face_test,
+    Animation, FrameReport, Moving, Reference, Report, SceneReport, SettingsReport, Simulation,
+    Totals, ideal_box_test, ideal_face_test,
 };
 use crate::cull::{Culler, Remembered, Settings, VisibleSet};
 use crate::prepare::Prepared;
@@ -29,6 +30,8 @@ pub struct MeasureSettings {
     pub cold: bool,
     /// Frames 0, N, 2N … are judged; at least 1.
     pub every: usize,
+    /// What moves from frame to frame, if something does, and the seed that says how.
+    pub animate: Option<(Moving, u64)>,
     /// Whether to predict what the frames would take on more threads than the machine has.
     pub simulate_threads: bool,
 }
@@ -47,16 +50,33 @@ pub fn run(
     let mut culler = Culler::with_prepared(prepared, settings.cull)?;
     let every = settings.every.max(1);
     let judged = path.cameras().len().div_ceil(every);
+    let animation = settings.animate.map(|(moving, seed)| {
+        let up = path.cameras().first().map_or(DVec3::Y, Camera::up);
+        Animation::new(scene, moving, up, seed)
+    });
+    let mut moves = Vec::new();
     let mut frames = Vec::with_capacity(judged);
     let mut simulation = Simulation::default();
     on_frame(0, judged);
     for (frame, camera) in path.cameras().iter().enumerate() {
+        let mut move_us = 0.0;
+        if let Some(animation) = &animation {
+            animation.moves(frame, &mut moves);
+            let start = Instant::now();
+            { culler.move_objects(&moves) }
+                .expect("what sways about its place stays within the world");
+            move_us = start.elapsed().as_nanos() as f64 / 1000.0;
+        }
         if frame % every == 0 {
             if settings.cold {
                 culler.forget();
             }
             let before = culler.remembered().clone();
-            frames.push(measure_frame(&mut culler, &before, frame, camera));
+            frames.push(FrameReport {
+                moved: moves.len() as u64,
+                move_us,
+                ..measure_frame(&mut culler, &before, frame, camera)
+            });
             if settings.simulate_threads {
                 simulation.add_frame(&mut culler, &before, camera);
             }
@@ -129,6 +149,8 @@ fn describe(culler: &Culler, settings: &MeasureSettings) -> SettingsReport {
         map_scale: map_scale.pixels(),
         slack: slack.pixels(),
         every: settings.every,
+        animate: settings.animate.map(|(moving, _)| moving.to_string()),
+        seed: settings.animate.map(|(_, seed)| seed),
     }
 }
 
@@ -182,6 +204,8 @@ fn measure_frame(
     FrameReport {
         frame,
         time_us: set.times.into(),
+        moved: 0,
+        move_us: 0.0,
         in_frustum: in_frustum.len() as u64,
         exactly_visible: (in_frustum.len() - hidden.len()) as u64,
         exactly_hidden: hidden.len() as u64,

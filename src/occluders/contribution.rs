@@ -121,6 +121,23 @@ impl Contributions {
         }
     }
 
+    /// Puts the places of all clusters into `chosen`, in the order of their ids, for a frame that is a part of the last one: none
+    /// is left out, and [`Contributions::end_part`] ends it.
+    pub fn choose_all(&self, chosen: &mut Vec<u32>) {
+        chosen.clear();
+        chosen.extend(0..self.known.len() as u32);
+    }
+
+    /// Ends a frame that is a part of the last one: adds what it needed, and leaves the rest as it is.
+    pub fn end_part(&mut self) {
+        for known in &mut self.needed {
+            known.fate = Fate::Drawn;
+        }
+        self.known.append(&mut self.needed);
+        self.known.sort_by_key(|known| known.id);
+        self.known.dedup_by_key(|known| known.id);
+    }
+
     /// Notes that the cluster at a place was drawn, and how many samples it took over.
     pub fn drawn(&mut self, place: u32, gain: u32) {
         let known = &mut self.known[place as usize];

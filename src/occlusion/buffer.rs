@@ -7,7 +7,7 @@ use antumbra_simd::glance::{Looks, Slabs, is_seen, looks};
 use antumbra_simd::projected::CornerBox;
 use antumbra_simd::query::Rectangle;
 use antumbra_simd::triangle::Triangle;
-use antumbra_simd::{Level, PART_HEIGHT};
+use antumbra_simd::{Level, PART_HEIGHT, TILE_SIZE};
 use glam::{DAffine3, DVec3};
 
 use super::holes::Holes;
@@ -198,6 +198,19 @@ impl OcclusionBuffer {
         if let Some(holes) = &mut self.holes {
             holes.clear();
         }
+    }
+
+    /// Forgets what was drawn in the tiles that a rectangle of samples touches, for the same camera, and confines what is drawn from
+    /// now on to their rows, until [`OcclusionBuffer::end_part`].
+    pub(crate) fn begin_part(&mut self, x: [i32; 2], y: [i32; 2]) {
+        let tiles =
+            |[first, last]: [i32; 2]| (first / TILE_SIZE) as usize..(last / TILE_SIZE) as usize + 1;
+        self.tiles.clear_within(tiles(x), tiles(y));
+    }
+
+    /// Lets be drawn to everywhere again.
+    pub(crate) fn end_part(&mut self) {
+        self.tiles.draw_everywhere();
     }
 
     /// Draws an occluder. Triangles with a vertex that is not finite hide nothing.

@@ -1,5 +1,7 @@
 //! The tile buffer: coverage and depth of the occluders drawn so far.
 
+use std::ops::Range;
+
 use super::BlockList;
 use super::bands::Bands;
 use crate::tasks::{Tasks, Work};
@@ -34,6 +36,8 @@ pub struct TileBuffer {
     gains: Vec<u32>,
     /// What blocks of tiles hide as a whole; empty if that is not known of the tiles as they are.
     blocks: Vec<f32>,
+    /// Rows of tiles that what is drawn is confined to, if it is.
+    rows: Option<Range<usize>>,
 }
 
 /// Equal if everything that means something is: not the depths of layers without samples, nor the instruction set.
@@ -75,6 +79,7 @@ impl TileBuffer {
             bands: Bands::default(),
             gains: Vec::new(),
             blocks: Vec::new(),
+            rows: None,
         }
     }
 
@@ -85,6 +90,7 @@ impl TileBuffer {
 
     /// Forgets everything drawn, in tasks.
     pub(crate) fn clear_by(&mut self, tasks: Tasks<'_>) {
+        self.rows = None;
         let rows = self.size.tiles_down();
         self.bands.weigh(rows, tasks.threads(), std::iter::empty());
         self.gains.clear();
@@ -93,6 +99,25 @@ impl TileBuffer {
             band.far.fill([UNCOVERED; PARTS_PER_TILE]);
             band.near_samples.fill(0);
         });
+    }
+
+    /// Forgets what was drawn in some columns and rows of tiles, and confines to these rows what is drawn from now on, until all is
+    /// cleared or [`TileBuffer::draw_everywhere`] is called.
+    pub(crate) fn clear_within(&mut self, columns: Range<usize>, rows: Range<usize>) {
+        self.blocks.clear();
+        let across = self.size.tiles_across();
+        for row in rows.clone() {
+            let tiles = row * across + columns.start..row * across + columns.end;
+            self.coverage[tiles.clone()].fill(0);
+            self.depths[tiles.clone()].fill([UNCOVERED; PARTS_PER_TILE]);
+            self.near_samples[tiles].fill(0);
+        }
+        self.rows = Some(rows);
+    }
+
+    /// Lets be drawn to all rows again.
+    pub(crate) fn draw_everywhere(&mut self) {
+        self.rows = None;
     }
 
     /// Chooses the instruction set; the best one at first.
@@ -231,7 +256,13 @@ impl TileBuffer {
     ) {
         let level = self.level;
         let rows = self.size.tiles_down();
-        self.bands.weigh(rows, tasks.threads(), lists.clone());
+        // A few rows are not worth sharing.
+        let threads = if self.rows.is_some() {
+            1
+        } else {
+            tasks.threads()
+        };
+        self.bands.weigh(rows, threads, lists.clone());
         self.gains.clear();
         self.gains.resize(self.bands.count() * gains.len(), 0);
         self.each_band(tasks, Work::Fill, |mut band| {
@@ -253,7 +284,7 @@ impl TileBuffer {
     /// Does something with all tiles, band after band.
     fn each_band(&mut self, tasks: Tasks<'_>, work: Work, of_band: impl Fn(TileRows<'_>) + Sync) {
         self.blocks.clear();
-        let bands = &self.bands;
+        let (bands, gains) = (&self.bands, self.gains.len());
         let all = TileRows {
             coverage: &mut self.coverage,
             far: &mut self.depths,
@@ -264,6 +295,11 @@ impl TileBuffer {
             height: self.size.height() as i32,
             gains: &mut self.gains,
         };
+        if let Some(rows) = self.rows.clone() {
+            let (_, below) = split_rows(all, rows.start, 0);
+            let (part, _) = split_rows(below, rows.len(), gains);
+            return tasks.alone(work, || of_band(part));
+        }
         let owners = all.gains.len() / bands.count().max(1);
         tasks.divide(
             work,

@@ -9,6 +9,8 @@
 //! the growth by u of the result; twice that is under 2⁻⁴⁹. The boxes grow by 2⁻⁴⁰ of it, 500 times as much, which is
 //! still a thousandth of a millimetre on a world of a thousand kilometres.
 
+use std::sync::Arc;
+
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
@@ -106,7 +108,11 @@ const GROWTH: f64 = 1.0 / (1u64 << 40) as f64;
 /// meshes very many times has more.
 const TRANSFORMS: u64 = 1 << 30;
 
+/// A larger mesh that moves is bounded by the corners of its local box: a frame has no time to place all of its vertices.
+const MOVED_VERTICES: u64 = 1024;
+
 /// What bounding needs to know of a mesh, found once however many objects share it.
+#[derive(Debug)]
 struct MeshExtent {
     /// The box of the vertices that triangles use, local units.
     local: Aabb,
@@ -157,7 +163,12 @@ impl MeshExtent {
     }
 
     fn world_box(&self, mesh: &Mesh, world_from_local: &DAffine3) -> Aabb {
-        let exact = if self.by_corners {
+        self.placed(mesh, world_from_local, self.by_corners)
+    }
+
+    /// The box of the vertices where they are placed, or of the local box's corners.
+    fn placed(&self, mesh: &Mesh, world_from_local: &DAffine3, by_corners: bool) -> Aabb {
+        let exact = if by_corners {
             Aabb::around(
                 self.local
                     .corners()
@@ -217,8 +228,8 @@ impl OwnBox {
 pub(super) struct Boxes {
     /// Each object's world box.
     pub world: Vec<Aabb>,
-    /// Each mesh's local box.
-    local: Vec<Aabb>,
+    /// What is known of each mesh.
+    extents: Arc<Vec<MeshExtent>>,
     /// Whether an object's own box is clearly the smaller one.
     own_is_smaller: Vec<bool>,
 }
@@ -230,8 +241,54 @@ impl Boxes {
     /// The own box of an object, if it is smaller than its world box.
     pub fn own(&self, index: usize, object: &Object) -> Option<OwnBox> {
         self.own_is_smaller[index]
-            .then(|| OwnBox::placed(&self.local[object.mesh], &object.world_from_local))
+            .then(|| OwnBox::placed(&self.extents[object.mesh].local, &object.world_from_local))
     }
+
+    /// Whether a mesh can be placed so: whether its local box's corners stay within [`MAX_COORDINATE`].
+    pub fn check_place(&self, mesh: usize, place: &DAffine3) -> Result<(), String> {
+        let extent = &self.extents[mesh];
+        let corners = extent.local.corners();
+        let around = Aabb::around(corners.map(|c| place.transform_point3(c)));
+        check_reach(&around.grown(growth(&extent.local, place)))
+    }
+
+    /// The box of a mesh in a place.
+    pub fn moved(&self, mesh: &Mesh, index: usize, place: &DAffine3) -> Aabb {
+        let extent = &self.extents[index];
+        let by_corners = extent.by_corners || extent.vertex_count(mesh) > MOVED_VERTICES;
+        extent.placed(mesh, place, by_corners)
+    }
+
+    /// Gives an object another world box: that of its mesh in another place, or one that holds more.
+    pub fn set(&mut self, index: usize, object: &Object, world: Aabb) {
+        let local = &self.extents[object.mesh].local;
+        self.own_is_smaller[index] = is_own_smaller(local, &object.world_from_local, &world);
+        self.world[index] = world;
+    }
+
+    /// Gives an object a world box that holds it in several places, where its own box would not.
+    pub fn set_swept(&mut self, index: usize, world: Aabb) {
+        self.own_is_smaller[index] = false;
+        self.world[index] = world;
+    }
+}
+
+/// Whether an object's own box is clearly smaller than its world box.
+fn is_own_smaller(local: &Aabb, place: &DAffine3, world: &Aabb) -> bool {
+    let [x, y, z] = world.size().to_array();
+    OwnBox::placed(local, place).area() <= 2.0 * (x * y + y * z + z * x) * CLEARLY_SMALLER
+}
+
+/// Whether a world box is of numbers, and none of them is too large.
+fn check_reach(bounds: &Aabb) -> Result<(), String> {
+    let farthest = bounds.min.abs().max(bounds.max.abs()).max_element();
+    // Written so that a NaN fails.
+    if bounds.is_valid() && farthest <= MAX_COORDINATE {
+        return Ok(());
+    }
+    Err(format!(
+        "its vertices reach world coordinates of {farthest:e}, beyond {MAX_COORDINATE:e}; scale the scene down"
+    ))
 }
 
 /// The boxes of all objects, in their order. The meshes and objects have been checked.
@@ -261,30 +318,20 @@ pub(super) fn boxes(meshes: &[Mesh], objects: &[Object]) -> Result<Boxes, SceneE
         .map(|o| extents[o.mesh].world_box(&meshes[o.mesh], &o.world_from_local))
         .collect();
     for (i, (bounds, object)) in boxes.iter().zip(objects).enumerate() {
-        let farthest = bounds.min.abs().max(bounds.max.abs()).max_element();
-        // Written so that a NaN fails.
-        if !(bounds.is_valid() && farthest <= MAX_COORDINATE) {
-            return Err(SceneError::Invalid {
-                file: None,
-                object: object_label(i, object),
-                cause: format!(
-                    "its vertices reach world coordinates of {farthest:e}, beyond {MAX_COORDINATE:e}; scale the scene down"
-                ),
-            });
-        }
+        check_reach(bounds).map_err(|cause| SceneError::Invalid {
+            file: None,
+            object: object_label(i, object),
+            cause,
+        })?;
     }
     let own_is_smaller = boxes
         .par_iter()
         .zip(objects)
-        .map(|(world, o)| {
-            let own = OwnBox::placed(&extents[o.mesh].local, &o.world_from_local);
-            let [x, y, z] = world.size().to_array();
-            own.area() <= 2.0 * (x * y + y * z + z * x) * CLEARLY_SMALLER
-        })
+        .map(|(world, o)| is_own_smaller(&extents[o.mesh].local, &o.world_from_local, world))
         .collect();
     Ok(Boxes {
         world: boxes,
-        local: extents.into_iter().map(|e| e.local).collect(),
+        extents: Arc::new(extents),
         own_is_smaller,
     })
 }

@@ -55,6 +55,13 @@ impl BvhNode {
         }
     }
 
+    /// The area of its box.
+    fn area(&self) -> f64 {
+        let [x, y, z]: [f64; 3] =
+            std::array::from_fn(|axis| f64::from(self.max[axis]) - f64::from(self.min[axis]));
+        2.0 * (x * y + y * z + z * x)
+    }
+
     fn include(&mut self, min: [f32; 3], max: [f32; 3]) {
         for axis in 0..3 {
             self.min[axis] = self.min[axis].min(min[axis]);
@@ -70,7 +77,17 @@ pub struct Bvh {
     pub nodes: Vec<BvhNode>,
     /// Object indices in leaf order; those of a subtree are consecutive.
     pub objects: Vec<u32>,
+    /// The parent of each node; of the root, itself.
+    parents: Vec<u32>,
+    /// The leaf that holds each object.
+    leaves: Vec<u32>,
+    /// The areas of all nodes' boxes together, when they were built and now: what a ray, or a frustum, is likely to meet.
+    built_area: f64,
+    area: f64,
 }
+
+/// The hierarchy is built again when what has moved has made its boxes so many times as large.
+const WORN: f64 = 2.0;
 
 /// The largest f32 that is not above `x`.
 fn round_down(x: f64) -> f32 {
@@ -137,6 +154,7 @@ impl Bvh {
         let mut bvh = Bvh {
             nodes: vec![BvhNode::UNSET],
             objects: Vec::with_capacity(bounds.len()),
+            ..Bvh::default()
         };
         bvh.nodes.reserve_exact(tree.nodes.len() - 1);
         let mut to_copy = vec![(0usize, 0usize)];
@@ -159,30 +177,81 @@ impl Bvh {
         bvh
     }
 
-    /// Gives every node the smallest f32 box that holds what is below it.
+    /// Gives every node the smallest f32 box that holds what is below it, and finds what is above each.
     fn fit(&mut self, bounds: &[Aabb]) {
+        self.parents = vec![0; self.nodes.len()];
+        self.leaves = vec![0; bounds.len()];
+        self.area = 0.0;
         for i in (0..self.nodes.len()).rev() {
-            let mut node = BvhNode {
-                first: self.nodes[i].first,
-                count: self.nodes[i].count,
-                ..BvhNode::UNSET
-            };
+            let node = self.fitted(i, bounds);
             let first = node.first as usize;
             if node.is_leaf() {
                 for &object in &self.objects[first..first + node.count as usize] {
-                    let b = bounds[object as usize];
-                    node.include(
-                        b.min.to_array().map(round_down),
-                        b.max.to_array().map(round_up),
-                    );
+                    self.leaves[object as usize] = i as u32;
                 }
             } else {
-                for child in [self.nodes[first], self.nodes[first + 1]] {
-                    node.include(child.min, child.max);
-                }
+                self.parents[first..first + 2].fill(i as u32);
             }
+            self.area += node.area();
             self.nodes[i] = node;
         }
+        self.built_area = self.area;
+    }
+
+    /// A node with the smallest f32 box that holds what is below it, whose boxes are right.
+    fn fitted(&self, index: usize, bounds: &[Aabb]) -> BvhNode {
+        let mut node = BvhNode {
+            first: self.nodes[index].first,
+            count: self.nodes[index].count,
+            ..BvhNode::UNSET
+        };
+        let first = node.first as usize;
+        if node.is_leaf() {
+            for &object in &self.objects[first..first + node.count as usize] {
+                let b = bounds[object as usize];
+                node.include(
+                    b.min.to_array().map(round_down),
+                    b.max.to_array().map(round_up),
+                );
+            }
+        } else {
+            for child in [self.nodes[first], self.nodes[first + 1]] {
+                node.include(child.min, child.max);
+            }
+        }
+        node
+    }
+
+    /// Fits the nodes that hold an object whose box is another now.
+    pub(super) fn refit(&mut self, object: u32, bounds: &[Aabb]) {
+        let mut index = self.leaves[object as usize] as usize;
+        loop {
+            let node = self.fitted(index, bounds);
+            let before = std::mem::replace(&mut self.nodes[index], node);
+            if node == before {
+                return;
+            }
+            self.area += node.area() - before.area();
+            if index == 0 {
+                return;
+            }
+            index = self.parents[index] as usize;
+        }
+    }
+
+    /// Whether what has moved has made the boxes so large that another hierarchy would be better.
+    pub(super) fn is_worn(&self) -> bool {
+        self.area > self.built_area * WORN
+    }
+
+    /// The node above a node; of the root, itself.
+    pub(crate) fn parent_of(&self, node: u32) -> u32 {
+        self.parents[node as usize]
+    }
+
+    /// The leaf that holds an object.
+    pub(crate) fn leaf_of(&self, object: u32) -> u32 {
+        self.leaves[object as usize]
     }
 
     /// How many nodes the longest way from the root to a leaf has: 1 for a root that is a leaf, 0 for no nodes. A
@@ -215,7 +284,11 @@ impl Bvh {
             ..BvhNode::UNSET
         };
         let nodes = links.into_iter().map(node).collect();
-        let mut bvh = Bvh { nodes, objects };
+        let mut bvh = Bvh {
+            nodes,
+            objects,
+            ..Bvh::default()
+        };
         bvh.check_links(bounds.len())?;
         bvh.fit(bounds);
         Ok(bvh)

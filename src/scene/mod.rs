@@ -10,6 +10,7 @@ mod bvh;
 mod error;
 mod gltf;
 mod load_budget;
+mod movement;
 mod obj;
 mod validate;
 mod warnings;
@@ -18,6 +19,7 @@ use std::fs::File;
 use std::io::Read;
 use std::ops::Range;
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::DAffine3;
 
@@ -25,6 +27,8 @@ pub use array::Array;
 pub use bounds::{Aabb, OrientedBox, OwnBox};
 pub use bvh::{Bvh, BvhNode};
 pub use error::SceneError;
+pub use movement::Move;
+pub(crate) use movement::Moved;
 pub use validate::MAX_COORDINATE;
 
 use load_budget::LoadBudget;
@@ -140,8 +144,10 @@ pub struct Object {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Scene {
-    meshes: Vec<Mesh>,
+    meshes: Arc<Vec<Mesh>>,
     objects: Vec<Object>,
+    /// Objects whose boxes are swept, and whether each never occludes where it stands still.
+    swept: Vec<(u32, bool)>,
     boxes: bounds::Boxes,
     bvh: Bvh,
     warnings: Vec<String>,
@@ -256,8 +262,9 @@ impl Scene {
         let boxes = bounds::boxes(&meshes, &objects)?;
         let bvh = Bvh::over(&boxes.world);
         Ok(Scene {
-            meshes,
+            meshes: Arc::new(meshes),
             objects,
+            swept: Vec::new(),
             boxes,
             bvh,
             warnings: Vec::new(),
@@ -283,8 +290,9 @@ impl Scene {
             cause,
         })?;
         Ok(Scene {
-            meshes,
+            meshes: Arc::new(meshes),
             objects,
+            swept: Vec::new(),
             boxes,
             bvh,
             warnings,

@@ -2,6 +2,8 @@
 //!
 //! Nothing behind it checks again, so the hot paths cannot fail.
 
+use glam::DAffine3;
+
 use super::error::Label;
 use super::{Mesh, Object, SceneError};
 
@@ -135,7 +137,11 @@ fn check_object(object: &Object, meshes: &[Mesh]) -> Result<(), String> {
             ));
         }
     }
-    let matrix = object.world_from_local.to_cols_array();
+    check_placement(&object.world_from_local)
+}
+
+pub(super) fn check_placement(world_from_local: &DAffine3) -> Result<(), String> {
+    let matrix = world_from_local.to_cols_array();
     if !matrix.iter().all(|m| m.is_finite()) {
         return Err(format!("its matrix is not finite: {matrix:?}"));
     }

@@ -245,7 +245,7 @@ impl SrgbTable {
 mod tests {
     use std::sync::Arc;
 
-    use glam::{DAffine3, DVec3};
+    use glam::{DAffine3, DVec2, DVec3};
 
     use super::*;
     use crate::cull::{Culler, Settings};
@@ -352,6 +352,27 @@ mod tests {
         let visible = culler.cull(&camera()).visible;
         assert!(visible.len() < all.len());
         assert_eq!(render(&scene, &visible), render(&scene, &all));
+    }
+
+    #[test]
+    fn samples_a_pixel_away_are_the_picture_moved_by_a_pixel() {
+        let scene = scene(vec![
+            placed(0, DVec3::ZERO),
+            placed(1, DVec3::new(0.7, 0.3, 0.9)),
+            placed(2, DVec3::new(-0.9, -0.6, 1.2)),
+        ]);
+        let there = camera().jittered(DVec2::new(1.0, -1.0)).expect("a pixel");
+        let (here, there) = (
+            render(&scene, &[0, 1, 2]),
+            render_image(&scene, &there, size(), &[0, 1, 2]),
+        );
+        let at = |image: &Image, x: usize, y: usize| image.pixels()[y * image.width() + x];
+        // But for the border, where creases end, and the background, which stays.
+        for y in 20..47 {
+            for x in 35..65 {
+                assert_eq!(at(&there, x, y), at(&here, x + 1, y - 1), "{x}, {y}");
+            }
+        }
     }
 
     #[test]

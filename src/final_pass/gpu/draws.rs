@@ -1,7 +1,7 @@
 //! What a frame draws: a record for each surface of each object, in scene order, and a list of draws in one indirect buffer.
 //!
-//! Matrices are made in f64, the eye subtracted first, and become f32 at the end: a vertex is then off by no more than 14 roundings of
-//! f32 of its object's distance and size ([`Slack::GPU`](crate::view::Slack::GPU) has 16).
+//! Matrices are made in f64, the eye subtracted first, and become f32 at the end: how far a vertex is off then is a share of its object's
+//! size and distance, which [`Slack::GPU`](crate::view::Slack::GPU) has.
 
 use bytemuck::{Pod, Zeroable, cast_slice};
 use glam::DVec3;

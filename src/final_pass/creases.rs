@@ -61,11 +61,13 @@ impl Creases {
     }
 
     /// Steps in pixels to one of two opposite neighbours, and one over their length.
+    #[cfg(feature = "gpu")]
     pub fn steps(&self) -> &[([i32; 2], f32)] {
         &self.steps
     }
 
     /// What a difference of depth means.
+    #[cfg(feature = "gpu")]
     pub fn scale(&self) -> Scale {
         self.scale
     }

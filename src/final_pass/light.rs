@@ -78,11 +78,13 @@ impl<'a> Light<'a> {
     }
 
     /// The direction to the key light, world axes.
+    #[cfg(feature = "gpu")]
     pub fn key(&self) -> DVec3 {
         self.key
     }
 
     /// The distance where haze begins, and how much farther it has half its strength.
+    #[cfg(feature = "gpu")]
     pub fn haze(&self) -> [f64; 2] {
         [self.clear_distance, self.haze_distance]
     }

@@ -166,6 +166,7 @@ fn box_view() -> BoxView {
         screen,
         snap_error: 0.501,
         relative_error: 1e-12,
+        slope_error: antumbra_simd::triangle::DepthPlane::SLOPE_ERROR,
         size: [1280.0, 768.0],
     }
 }

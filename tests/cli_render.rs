@@ -149,3 +149,31 @@ fn errors_name_the_file_and_exit_with_1() {
         assert!(!text.contains("panicked"), "{text}");
     }
 }
+
+#[cfg(not(feature = "gpu"))]
+#[test]
+fn a_build_without_the_gpu_pass_says_how_to_get_it_and_exits_with_3() {
+    let folder = Folder::new("render_no_gpu").with_scene();
+    let output = antumbra(&["render", &folder.file("yard.obj"), "--final-pass", "gpu"]);
+    assert_eq!(output.status.code(), Some(3));
+    assert!(
+        stderr(&output).contains("--features gpu"),
+        "{}",
+        stderr(&output)
+    );
+}
+
+#[test]
+fn pictures_by_the_cpu_compare_as_equal() {
+    let folder = Folder::new("render_compare").with_scene();
+    let arguments = [
+        "render",
+        &folder.file("yard.obj"),
+        "--size",
+        "99x77",
+        "--compare",
+    ];
+    let out = folder.file("out");
+    let text = stdout(&succeed(&[&arguments[..], &["--out", &out]].concat()));
+    assert!(text.contains("0.0000 % of the pixels differ"), "{text}");
+}

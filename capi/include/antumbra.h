@@ -643,6 +643,20 @@ typedef struct {
      * What it costs to draw a triangle, in nanoseconds. Not negative.
      */
     double triangle_price_ns;
+    /**
+     * How far the final pass may draw beside where this library would, so that culling is exact for it too: in pixels of the picture, from
+     * 0 to 4. 0 for a picture by this library; 0.125 for a graphics processor with one sample in the middle of each pixel, and 1
+     * where samples may lie anywhere in it (docs/gpu.md).
+     */
+    double slack_pixels;
+    /**
+     * Likewise how far off its positions may be, as a share of their distance, from 0 to 0.5: 4.76837158203125e-7 for 32-bit floats.
+     */
+    double slack_position;
+    /**
+     * Likewise how far off its depths may be, as a share of the depth buffer's range, from 0 to 1: 2.384185791015625e-7 for 24 bits.
+     */
+    double slack_depth;
 } AntumbraSettings;
 
 /**

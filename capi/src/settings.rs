@@ -11,7 +11,7 @@ use antumbra::cull::{Effort, Prices, Settings};
 use antumbra::occluders::{Budget, FramesBack, Selection, Weighing};
 use antumbra::occlusion::{Accuracy, Approximation, DepthRepresentation, MOST_NTH};
 use antumbra::prepare::StaticCriteria;
-use antumbra::view::{MapScale, PictureSize};
+use antumbra::view::{MapScale, PictureSize, Slack};
 use bytemuck::{Pod, Zeroable, bytes_of, bytes_of_mut};
 
 use crate::arguments::{chosen, required, within};
@@ -175,6 +175,14 @@ pub struct AntumbraSettings {
     pub object_price_ns: f64,
     /// What it costs to draw a triangle, in nanoseconds. Not negative.
     pub triangle_price_ns: f64,
+    /// How far the final pass may draw beside where this library would, so that culling is exact for it too: in pixels of the picture, from
+    /// 0 to 4. 0 for a picture by this library; 0.125 for a graphics processor with one sample in the middle of each pixel, and 1
+    /// where samples may lie anywhere in it (docs/gpu.md).
+    pub slack_pixels: f64,
+    /// Likewise how far off its positions may be, as a share of their distance, from 0 to 0.5: 4.76837158203125e-7 for 32-bit floats.
+    pub slack_position: f64,
+    /// Likewise how far off its depths may be, as a share of the depth buffer's range, from 0 to 1: 2.384185791015625e-7 for 24 bits.
+    pub slack_depth: f64,
 }
 
 /// No version will have more bytes of settings: what says so was never initialised.
@@ -342,6 +350,7 @@ impl AntumbraSettings {
             accuracy,
             translucent: chosen(self.translucent, &flags, "translucent")?,
             map_scale: map_scale(self.map_scale)?.unwrap_or(accuracy.map_scale()),
+            slack: Slack::new(self.slack_pixels, self.slack_position, self.slack_depth)?,
             depth: self.depth()?,
             occluders: chosen(self.selection, &SELECTIONS, "selection")?,
             budget: self.budget()?,

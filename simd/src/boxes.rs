@@ -45,6 +45,8 @@ pub struct BoxView {
     pub snap_error: f64,
     /// What a screen coordinate or a depth may be off by, relative to itself.
     pub relative_error: f64,
+    /// How far the depth of a triangle at a sample may lie from its plane, as a share of the range of its corners' depths.
+    pub slope_error: f64,
     /// Samples across the picture and down.
     pub size: [f64; 2],
 }

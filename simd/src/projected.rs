@@ -18,7 +18,7 @@
 //! at each sample of their triangle, as do its least and its largest depth in their places (a sliver has its farthest
 //! depth all over, and a clamp to the vertices' range can only raise a depth to that of the farthest vertex, which is
 //! not above the plane). What the triangle's own formula is off by is added,
-//! [`DepthPlane::SLOPE_ERROR`] of the vertices' range of depths, which
+//! [`DepthPlane::SLOPE_ERROR`](crate::triangle::DepthPlane::SLOPE_ERROR) of the vertices' range of depths, which
 //! is within the corners'; and last the rounding of the bound's own evaluation, as 2⁻⁴⁸ of the largest terms it can
 //! have, for sums of four terms.
 //!
@@ -36,7 +36,6 @@ use crate::faces::{FacePlane, Faces};
 use crate::order::{greater, lesser};
 use crate::outline::{Outline, OutlineEdge};
 use crate::query::Rectangle;
-use crate::triangle::DepthPlane;
 
 /// An edge flatter than this many columns a row bounds nothing that the rectangle does not: it would have to be moved
 /// outwards by so many columns times the error of rows, 1/512.
@@ -72,6 +71,8 @@ pub struct OnScreen {
     error: [f64; 2],
     /// What a vertex's depth may be off by, absolutely and as a share of it.
     depth_error: [f64; 2],
+    /// What a depth between vertices may be off by, as a share of their range.
+    slope_error: f64,
     /// The largest magnitude of a column and of a row, samples included.
     reach: [f64; 2],
     /// Which faces the eye sees: by axis, then the side where that axis' bit of a corner's number is 0 or 1.
@@ -121,6 +122,7 @@ impl OnScreen {
                 b.error * norm_depth / least_w,
                 b.error * norm_w / least_w + 2.0 * view.relative_error,
             ],
+            slope_error: view.slope_error,
             reach: [reach(extent.x), reach(extent.y)],
             seen,
         };
@@ -205,7 +207,7 @@ impl OnScreen {
         let (farthest, nearest) = (least_of(depth), largest_of(depth));
         let magnitude = greater(farthest.abs(), nearest.abs());
         let error = self.depth_error_within(farthest, nearest);
-        let formula_error = DepthPlane::SLOPE_ERROR * (nearest - farthest + 2.0 * error);
+        let formula_error = self.slope_error * (nearest - farthest + 2.0 * error);
         for axis in 0..3 {
             for side in 0..2 {
                 if !self.seen[axis][side] {

@@ -241,6 +241,7 @@ fn every_level_gives_the_same_answer_about_a_box() {
             norms: [half_height + half_width, 1.5 * half_height, 0.0, 1.0],
             snap_error: 0.5,
             relative_error: 1e-12,
+            slope_error: antumbra_simd::triangle::DepthPlane::SLOPE_ERROR,
             size: [f64::from(width), f64::from(height)],
         };
         for _ in 0..100 {

@@ -459,6 +459,7 @@ fn boxes_are_projected_to_the_same_bits_on_every_level() {
             norms: [3e5, 3e5, 0.0, 1.0],
             snap_error: 0.501,
             relative_error: 1e-12,
+            slope_error: antumbra_simd::triangle::DepthPlane::SLOPE_ERROR,
             size: [1283.0, 771.0],
         };
         let mut boxes = BoxBlock::EMPTY;

@@ -14,6 +14,7 @@ use clap::Args;
 
 use super::demo_report::{Pictures, report_page};
 use super::failure::Failure;
+use super::final_pass::FinalPass;
 use super::generate::write_fixture;
 use super::options::{load_path, load_scene, make_folder};
 use super::output::{percent, say, thousands};
@@ -135,12 +136,12 @@ impl Demo {
         let (mut small, mut culled) = (Vec::new(), Vec::new());
         let bar = progress::bar("drawing", frames.len());
         for &(frame, camera) in &frames {
-            let drawn = draw_frame(&mut culler, &pool, camera, None);
+            let drawn = draw_frame(&mut culler, &mut FinalPass::Cpu, &pool, camera, None)?;
             let name = format!("frame_{frame:04}.png");
             save(&drawn.picture, &self.out.join(&name))?;
             pictures.frames.push(name);
             small.push(drawn.picture.shrunk(SHEET_SHRINK));
-            culled.push((drawn.in_frustum - drawn.visible, frame, camera));
+            culled.push((drawn.in_frustum - drawn.objects.len(), frame, camera));
             bar.inc(1);
         }
         bar.finish_and_clear();
@@ -153,7 +154,13 @@ impl Demo {
         culled.sort_by_key(|&(_, frame, _)| frame);
         let bar = progress::bar("explaining", culled.len());
         for (_, frame, camera) in culled {
-            let drawn = draw_frame(&mut culler, &pool, camera, Some(("city", frame)));
+            let drawn = draw_frame(
+                &mut culler,
+                &mut FinalPass::Cpu,
+                &pool,
+                camera,
+                Some(("city", frame)),
+            )?;
             if let Some(sheet) = &drawn.overlay {
                 let name = format!("overlay_{frame:04}.png");
                 save(sheet, &self.out.join(&name))?;

@@ -37,6 +37,11 @@ impl DepthOptions {
                 "--depth: only no-background goes with a map coarser than the picture; add --map-scale 1",
             );
         }
+        if !is_default && !settings.slack.is_none() {
+            return refuse(
+                "--depth: only no-background keeps away from what another final pass may do; leave --slack out",
+            );
+        }
         let depth = match (self.depth, NonZeroU32::new(self.nth)) {
             (DepthRepresentation::Hierarchical { .. }, Some(nth)) => {
                 DepthRepresentation::Hierarchical { nth }

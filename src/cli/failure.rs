@@ -16,6 +16,9 @@ pub enum Failure {
     /// Options that do not go together; the message says why, and what does.
     #[error("{0}")]
     Usage(String),
+    /// This machine or build lacks what was asked for; the message says what it is, and how to get it.
+    #[error("{0}")]
+    Lacking(String),
     /// The instruction set is not to be had.
     #[error("{0}")]
     Level(#[from] LevelUnavailable),
@@ -32,7 +35,7 @@ impl Failure {
         ExitCode::from(match self {
             Failure::Failed(_) => 1,
             Failure::Usage(_) => 2,
-            Failure::Level(_) => 3,
+            Failure::Level(_) | Failure::Lacking(_) => 3,
         })
     }
 }

@@ -8,6 +8,7 @@ mod demo;
 mod demo_report;
 mod depth_options;
 mod failure;
+mod final_pass;
 mod generate;
 mod info;
 mod measure;
@@ -30,7 +31,7 @@ Exit codes:
   0  done
   1  failed: the scene or path is damaged, a file cannot be written, a check did not hold
   2  the command line makes no sense
-  3  --simd names an instruction set that this machine or build lacks";
+  3  --simd or --final-pass names what this machine or build lacks";
 
 const EXAMPLES: &str = "\
 Examples:

@@ -9,7 +9,7 @@ use antumbra::cull::Settings;
 use antumbra::occluders::{Budget, FramesBack, Selection, Weighing};
 use antumbra::occlusion::{Accuracy, Approximation};
 use antumbra::prepare::{Prepared, StaticCriteria};
-use antumbra::view::{CameraPath, MapScale, PictureSize};
+use antumbra::view::{CameraPath, MapScale, PictureSize, Slack};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 
@@ -59,6 +59,11 @@ pub struct CullOptions {
     /// Pixels of the picture along the edge of an occlusion map's pixel: 1, 2 or 4 [default: 1; with approximate accuracy 4]
     #[arg(long, value_name = "SCALE")]
     pub map_scale: Option<MapScale>,
+
+    /// Keep exact culling right for a final pass other than the CPU picture's, whose vertices and samples are up to this many pixels
+    /// away from ours: 0 to 4 [default: 0; for a picture by the GPU 0.125]
+    #[arg(long, value_name = "PX", value_parser = parse_slack)]
+    pub slack: Option<Slack>,
 
     /// Threads to use [default: as many as the machine runs at once]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -162,6 +167,7 @@ impl CullOptions {
             accuracy,
             translucent: self.translucent,
             map_scale,
+            slack: self.slack.unwrap_or_default(),
             threads: self.threads.map_or(0, usize::from),
             level,
             ..Settings::new(self.size)
@@ -225,6 +231,14 @@ fn parse_distribution(text: &str) -> Result<f64, String> {
     let factor = text.parse().ok();
     let factor = factor.filter(|factor| (1.0..=4.0).contains(factor));
     factor.ok_or_else(|| "give a number from 1 to 4".to_owned())
+}
+
+fn parse_slack(text: &str) -> Result<Slack, String> {
+    let pixels = text.parse().map_err(|_| "give a number of pixels")?;
+    if pixels == 0.0 {
+        return Ok(Slack::NONE);
+    }
+    Slack::new(pixels, Slack::GPU.position(), Slack::GPU.depth()).map_err(|e| e.to_string())
 }
 
 fn parse_transparency(text: &str) -> Result<f64, String> {

@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use antumbra::cull::Culler;
+use antumbra::cull::{Culler, Settings};
 use antumbra::final_pass::{Image, PictureFrame, overlay_image, render_image};
 use antumbra::scene::Scene;
 use antumbra::view::{Camera, CameraPath};
 use clap::Args;
 
 use super::failure::Failure;
+use super::final_pass::{FinalPass, FinalPassName};
 use super::options::{
     CullOptions, FrameOptions, OccluderOptions, load_path, load_scene, make_folder,
 };
@@ -23,6 +24,8 @@ Examples:
       one picture from a camera outside, out/frame_0000.png
   antumbra render castle.glb --path castle.path.json --every 8 --overlay --out pictures
       every eighth frame of a path, each also with what the culling did
+  antumbra render castle.glb --path castle.path.json --final-pass gpu --check --compare
+      the same by a graphics processor, and how far its pictures are from the CPU's
   antumbra render castle.glb --path castle.path.json --check
       proves that culling changes no pixel; exit code 1 if it does";
 
@@ -45,6 +48,14 @@ pub struct Render {
     #[arg(long)]
     check: bool,
 
+    /// Who draws the pictures
+    #[arg(long, value_enum, value_name = "cpu|gpu", default_value = "cpu")]
+    final_pass: FinalPassName,
+
+    /// Also draw the pictures by the CPU, say how many pixels differ, and mark them in compared_NNNN.png
+    #[arg(long)]
+    compare: bool,
+
     /// Folder for the pictures
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
@@ -62,7 +73,10 @@ pub struct Render {
 impl Render {
     /// Draws all frames.
     pub fn run(self) -> Result<(), Failure> {
-        let settings = self.occluders.of(self.cull.settings()?);
+        let settings = Settings {
+            slack: self.cull.slack.unwrap_or(self.final_pass.slack()),
+            ..self.occluders.of(self.cull.settings()?)
+        };
         let path = self.path.as_deref().map(load_path).transpose()?;
         let prepared = load_scene(&self.scene)?;
         let scene = prepared.scene();
@@ -81,19 +95,22 @@ impl Render {
         let mut culler = Culler::with_prepared(&prepared, settings).map_err(no_threads)?;
         let pool = rayon::ThreadPoolBuilder::new().num_threads(settings.threads);
         let pool = pool.build().map_err(no_threads)?;
+        let mut pass = FinalPass::open(self.final_pass, scene)?;
 
         let name = file_name(&self.scene);
         let mut sum = Sum::default();
+        let mut difference = Difference::default();
         let every = self.frames.every.get();
         let frames: Vec<_> = path.cameras().iter().enumerate().step_by(every).collect();
         let bar = progress::bar("drawing", frames.len());
         for &(frame, camera) in &frames {
             let drawn = draw_frame(
                 &mut culler,
+                &mut pass,
                 &pool,
                 camera,
                 self.overlay.then_some((name.as_str(), frame)),
-            );
+            )?;
             sum.add(&drawn);
             let file = self.out.join(format!("frame_{frame:04}.png"));
             save(&drawn.picture, &file)?;
@@ -102,9 +119,15 @@ impl Render {
             }
             if self.check {
                 let all: Vec<u32> = (0..scene.objects().len() as u32).collect();
-                let size = settings.size;
-                let whole = pool.install(|| render_image(scene, camera, size, &all));
-                self.compare(frame, &drawn.picture, &whole)?;
+                let whole = pass.picture(&pool, scene, camera, settings.size, &all)?;
+                self.check(frame, &drawn.picture, &whole)?;
+            }
+            if self.compare {
+                let objects = &drawn.objects;
+                let by_cpu = pool.install(|| render_image(scene, camera, settings.size, objects));
+                difference.add(&drawn.picture, &by_cpu);
+                let file = self.out.join(format!("compared_{frame:04}.png"));
+                save(&drawn.picture.difference(&by_cpu), &file)?;
             }
             bar.inc(1);
         }
@@ -113,11 +136,17 @@ impl Render {
         if self.check {
             say("the pictures with culling equal those without, byte for byte")?;
         }
+        if let Some(device) = pass.device() {
+            say(format_args!("drawn by {device}"))?;
+        }
+        if self.compare {
+            say(difference.describe())?;
+        }
         say(format_args!("pictures in {}", self.out.display()))
     }
 
     /// Fails, and leaves all there is to see, if the two pictures of a frame differ.
-    fn compare(&self, frame: usize, culled: &Image, whole: &Image) -> Result<(), Failure> {
+    fn check(&self, frame: usize, culled: &Image, whole: &Image) -> Result<(), Failure> {
         let differing = culled.differing_pixels(whole);
         if differing == 0 {
             return Ok(());
@@ -138,7 +167,8 @@ impl Render {
 /// A frame that has been culled and drawn.
 pub struct DrawnFrame {
     pub in_frustum: usize,
-    pub visible: usize,
+    /// Those that are visible.
+    pub objects: Vec<u32>,
     pub time: Duration,
     pub picture: Image,
     pub overlay: Option<Image>,
@@ -147,15 +177,16 @@ pub struct DrawnFrame {
 /// Culls and draws a frame, for an overlay too if it is given the scene's name and the frame's number.
 pub fn draw_frame(
     culler: &mut Culler,
+    pass: &mut FinalPass,
     pool: &rayon::ThreadPool,
     camera: &Camera,
     overlay: Option<(&str, usize)>,
-) -> DrawnFrame {
+) -> Result<DrawnFrame, Failure> {
     let set = culler.cull(camera);
     let in_frustum = culler.in_frustum(camera);
     let size = culler.settings().size;
     let scene: &Scene = culler.scene();
-    let picture = pool.install(|| render_image(scene, camera, size, &set.visible));
+    let picture = pass.picture(pool, scene, camera, size, &set.visible)?;
     let overlay = overlay
         .zip(culler.buffer())
         .map(|((name, number), buffer)| {
@@ -174,13 +205,13 @@ pub fn draw_frame(
             );
             pool.install(|| overlay_image(&frame, &picture, &title))
         });
-    DrawnFrame {
+    Ok(DrawnFrame {
         in_frustum: in_frustum.len(),
-        visible: set.visible.len(),
         time: set.times.total(),
+        objects: set.visible,
         picture,
         overlay,
-    }
+    })
 }
 
 /// What all frames together came to.
@@ -194,7 +225,7 @@ struct Sum {
 impl Sum {
     fn add(&mut self, frame: &DrawnFrame) {
         self.in_frustum += frame.in_frustum as u64;
-        self.visible += frame.visible as u64;
+        self.visible += frame.objects.len() as u64;
         self.time += frame.time;
     }
 
@@ -210,6 +241,38 @@ impl Sum {
             percent(culled, self.in_frustum),
             thousands(self.visible),
             self.time.as_secs_f64() * 1000.0 / frames.max(1) as f64,
+        )
+    }
+}
+
+/// How far pictures are from the CPU's.
+#[derive(Default)]
+struct Difference {
+    pixels: u64,
+    /// Those that differ, and those that differ by more than a little.
+    differing: [u64; 2],
+}
+
+impl Difference {
+    /// Up to this, of 255, is a little: a rounding or two.
+    const LITTLE: u8 = 2;
+
+    fn add(&mut self, picture: &Image, by_cpu: &Image) {
+        self.pixels += picture.pixels().len() as u64;
+        for (sum, by) in self.differing.iter_mut().zip([0, Difference::LITTLE]) {
+            *sum += picture.pixels_differing_by_more(by_cpu, by) as u64;
+        }
+    }
+
+    fn describe(&self) -> String {
+        let share = self
+            .differing
+            .map(|d| 100.0 * d as f64 / self.pixels.max(1) as f64);
+        format!(
+            "{:.4} % of the pixels differ from the CPU pictures, {:.4} % by more than {} of 255",
+            share[0],
+            share[1],
+            Difference::LITTLE,
         )
     }
 }

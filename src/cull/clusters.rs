@@ -80,8 +80,8 @@ impl ClusterWalk {
         } = self;
         let (tree, screen) = (mesh.tree(), buffer.screen());
         let placed = &frame.scene.objects()[object as usize];
-        let from_local = screen.screen_from_local(&placed.world_from_local);
         let bounds = &frame.scene.bounds()[object as usize];
+        let from_local = screen.screen_from_local(&placed.world_from_local, bounds);
         let level = frame.settings.level;
         pending.clear();
         pending.extend(tree.root());
@@ -93,7 +93,8 @@ impl ClusterWalk {
             screen.footprints_of_local_boxes(level, &from_local, bounds, boxes, footprints);
             let first = pending.len();
             let facing = match height {
-                0 => facing(
+                // Which side of what is seen edge-on shows, a final pass that is not ours decides.
+                0 if frame.settings.slack.is_none() => facing(
                     &mesh.clusters()[children.clone()],
                     screen.camera(),
                     &placed.world_from_local,

@@ -17,7 +17,7 @@ use crate::cull::Level;
 use crate::occluders::DrawnCluster;
 use crate::occlusion::{Footprint, SampleRect, Screen};
 use crate::prepare::{Cluster, ClusterId, ClusteredMesh};
-use crate::scene::is_mirroring;
+use crate::scene::{Aabb, is_mirroring};
 use crate::view::{MapScale, Projection};
 
 /// A sample, and a depth there.
@@ -191,8 +191,8 @@ fn local_rays(screen: &Screen, place: &DAffine3, from_local: &ScreenTransform) -
 }
 
 impl Placed {
-    fn new(screen: &Screen, place: &DAffine3) -> Placed {
-        let from_local = screen.screen_from_local(place);
+    fn new(screen: &Screen, place: &DAffine3, bounds: &Aabb) -> Placed {
+        let from_local = screen.screen_from_local(place, bounds);
         let (eye, rays) = local_rays(screen, place, &from_local);
         Placed {
             screen: from_local,
@@ -293,8 +293,8 @@ impl Covers {
         {
             return None;
         }
-        let placed =
-            self.placed[place].get_or_insert_with(|| Placed::new(screen, &object.world_from_local));
+        let placed = self.placed[place]
+            .get_or_insert_with(|| Placed::new(screen, &object.world_from_local, bounds));
         let (level, scale) = (frame.settings.level, frame.settings.map_scale);
         let clusters = mesh.clusters();
         let is_fine = frame.settings.budget.is_for_what_pays()

@@ -247,8 +247,7 @@ impl PriceLearner {
     pub fn prices(&self) -> Option<Prices> {
         let both = self.both * self.both;
         let apart = self.objects * self.triangles - both;
-        // Written so that a NaN is none.
-        if !(apart > both * 1e-6) {
+        if apart.is_nan() || apart <= both * 1e-6 {
             return None;
         }
         let object = (self.time[0] * self.triangles - self.time[1] * self.both) / apart;

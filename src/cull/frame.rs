@@ -27,7 +27,7 @@ use crate::occluders::{
 };
 use crate::occlusion::{Footprint, OcclusionBuffer};
 use crate::tasks::Work;
-use crate::view::{Camera, Containment, Frustum, Planes};
+use crate::view::{Camera, Containment, Planes};
 
 /// Of so many objects, a frame that remembers nothing draws what is promising, before it closes gaps, if no grid tells what is seen
 /// from nearby.
@@ -189,7 +189,7 @@ impl Frame<'_> {
 
     /// Lists what is in the frustum.
     pub(super) fn find_in_frustum(&self, camera: &Camera, memory: &mut Memory) -> MayCover {
-        let frustum = Frustum::new(camera, self.settings.size);
+        let frustum = self.frustum(camera);
         let in_frustum = &mut memory.in_frustum;
         traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum)
     }
@@ -217,7 +217,7 @@ impl Frame<'_> {
     ) {
         let mut clock = Clock::start();
         self.begin(camera, buffer, memory, found);
-        let frustum = Frustum::new(camera, self.settings.size);
+        let frustum = self.frustum(camera);
         let in_frustum = &mut memory.in_frustum;
         traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum);
         clock.lap(|times| &mut times.select);
@@ -254,7 +254,7 @@ impl Frame<'_> {
 
     /// Selects what is in the frustum, in the order of the selection.
     fn select_in_order(&self, camera: &Camera, last: &LastFrame, memory: &mut Memory) -> Selected {
-        let frustum = Frustum::new(camera, self.settings.size);
+        let frustum = self.frustum(camera);
         let in_frustum = &mut memory.in_frustum;
         traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum);
         let selection = self.settings.occluders;
@@ -340,7 +340,7 @@ impl Frame<'_> {
                 return Selected::Remembered;
             }
             seen.distrust();
-            let frustum = Frustum::new(camera, self.settings.size);
+            let frustum = self.frustum(camera);
             let in_frustum = &mut memory.in_frustum;
             traverse::in_frustum(self, &frustum, &mut memory.frustum, in_frustum);
             return Selected::RememberedInPart;
@@ -480,7 +480,7 @@ impl Frame<'_> {
         if never_culled.is_empty() {
             return;
         }
-        let frustum = Frustum::new(camera, self.settings.size);
+        let frustum = self.frustum(camera);
         let is_in_it = |object: &&u32| {
             let bounds = &self.scene.bounds()[**object as usize];
             frustum.contains(bounds, Planes::ALL) != Containment::Outside
@@ -495,7 +495,7 @@ impl Frame<'_> {
         if self.salient.is_empty() || buffer.ignored_pixels() == 0 {
             return;
         }
-        let frustum = Frustum::new(buffer.screen().camera(), self.settings.size);
+        let frustum = self.frustum(buffer.screen().camera());
         let culled = visible.len();
         for &(object, salience) in self.salient {
             let bounds = &self.scene.bounds()[object as usize];

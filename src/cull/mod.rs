@@ -56,7 +56,7 @@ use crate::prepare::{
 use crate::scene::{Move, Scene, SceneError};
 use crate::tasks::{Record, Stage, Tasks, stay_awake};
 use crate::threads::Threads;
-use crate::view::{Camera, Frustum, MapScale, PictureSize};
+use crate::view::{Camera, Frustum, MapScale, PictureSize, Slack};
 
 use clusters::ClusterWalk;
 use effort::Worth;
@@ -86,9 +86,13 @@ pub struct Settings {
     pub translucent: bool,
     /// How much coarser than the picture the occlusion map is.
     pub map_scale: MapScale,
+    /// What the final pass may do otherwise than ours: [`Slack::GPU`] if a graphics processor draws the survivors. Exact frames then
+    /// are right for its picture.
+    pub slack: Slack,
     /// What is kept of the occluders' depth. With another representation than the default one a frame is HOM's two passes
     /// (§3.2): it draws its occluders, nearest first if they are to be chosen by contribution, and then asks every object's
-    /// rectangle and nearest depth, and nothing more closely. With a map that is coarser than the picture it is the default one.
+    /// rectangle and nearest depth, and nothing more closely. With a map that is coarser than the picture, or a slack, it is the default
+    /// one.
     pub depth: DepthRepresentation,
     /// How occluders are chosen.
     pub occluders: Selection,
@@ -119,6 +123,7 @@ impl Settings {
             accuracy: Accuracy::Exact,
             translucent: false,
             map_scale: MapScale::Full,
+            slack: Slack::NONE,
             depth: DepthRepresentation::default(),
             occluders: Selection::default(),
             budget: Budget::default(),
@@ -188,6 +193,11 @@ struct Frame<'a> {
 }
 
 impl Frame<'_> {
+    /// All that the final pass may draw in the picture.
+    fn frustum(&self, camera: &Camera) -> Frustum {
+        Frustum::with_slack(camera, self.settings.size, self.settings.slack)
+    }
+
     /// Whether another pass over gaps is allowed after so many.
     fn has_pass_left(&self, passes: u64) -> bool {
         passes + 1 < u64::from(self.settings.most_passes)
@@ -369,9 +379,9 @@ impl Culler {
     /// The objects whose boxes are not wholly outside one plane of a camera's frustum, in scene order: those that culling
     /// chooses from. (A frame does not look at all of them.)
     pub fn in_frustum(&self, camera: &Camera) -> Vec<u32> {
-        let frustum = Frustum::new(camera, self.view.settings.size);
-        let mut found = Vec::new();
         let frame = self.frame_of(Tasks::ALONE);
+        let frustum = frame.frustum(camera);
+        let mut found = Vec::new();
         traverse::in_frustum(&frame, &frustum, &mut FrustumMemory::default(), &mut found);
         found
     }

@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::Settings;
 use crate::occluders::{Contributions, Selection};
 use crate::prepare::{
-    ClusterId, ClusteredMesh, ClusteredScene, OccluderFitness, Prepared, StaticCriteria,
+    Bridges, ClusterId, ClusteredMesh, ClusteredScene, OccluderFitness, Prepared, StaticCriteria,
 };
 use crate::scene::{Alpha, Object, Scene};
 
@@ -23,6 +23,8 @@ pub struct Occluders {
     never_culled: Vec<u32>,
     /// Those with a translucent surface.
     translucent: Vec<u32>,
+    /// Quadrilaterals over the seams of each mesh's clusters, once there is a slack.
+    bridges: OnceLock<Vec<Bridges>>,
     /// What of them is worth drawing, once somebody wants to know.
     fitness: OnceLock<OccluderFitness>,
 }
@@ -54,23 +56,26 @@ impl Occluders {
             is_all: scene.objects().iter().map(is_all).collect(),
             triangles: scene.objects().iter().map(triangles).collect(),
             clusters,
+            bridges: OnceLock::new(),
             fitness: OnceLock::new(),
         }
     }
 
     /// Finds out what settings ask of a scene's objects. `by` does the work, and is only called if they ask for something: a thread
     /// that enters another pool takes up other work while it waits, which may be to make another culler.
-    pub fn prepare_for(
-        &self,
-        scene: &Scene,
-        settings: &Settings,
-        by: impl FnOnce(&(dyn Fn() + Sync)),
-    ) {
+    pub fn prepare_for(&self, scene: &Scene, settings: &Settings, by: impl Fn(&(dyn Fn() + Sync))) {
         if asks_for_fitness(settings) && self.fitness.get().is_none() {
             by(&|| {
                 let fitness = OccluderFitness::new(scene, &self.clusters);
                 // If another was quicker, it found the same.
                 let _ = self.fitness.set(fitness);
+            });
+        }
+        if !settings.slack.is_none() && self.bridges.get().is_none() {
+            let meshes = scene.meshes().len();
+            by(&|| {
+                let bridges = Bridges::of_scene(&self.clusters, meshes);
+                let _ = self.bridges.set(bridges);
             });
         }
     }
@@ -138,6 +143,14 @@ impl Occluders {
         }
         given.end_frame();
         given
+    }
+
+    /// What is drawn besides of a cluster of an object if there is a slack: see [`Bridges`].
+    pub fn bridges_of(&self, object: &Object, cluster: usize) -> &[[u8; 4]] {
+        match (self.bridges.get(), object.occluder_mesh()) {
+            (Some(bridges), Some(mesh)) => bridges[mesh].of(cluster),
+            _ => &[],
+        }
     }
 
     /// What an object is drawn as; none if it is no occluder.

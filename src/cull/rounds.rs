@@ -5,6 +5,8 @@
 //! depends on rounds alone, which are the same for any number of threads. They are small: what is nearer hides clusters of
 //! the next, and blocks stay in the caches.
 
+use antumbra_simd::assemble::{Cluster, MOST_QUADS};
+
 use super::draw::Drawn;
 use super::waiting::{Placed, Waiting, WaitingCluster};
 use super::{Frame, grow, share_of};
@@ -188,13 +190,23 @@ impl Assembly {
         } else {
             placed.single_sided
         };
-        self.assembler.assemble(
-            frame.settings.level,
-            geometry.for_loops(),
-            &placed.screen,
-            cull,
-            buffer.tiles(),
-            &mut self.list.blocks,
-        );
+        let mut assemble = |quads| {
+            self.assembler.assemble(
+                frame.settings.level,
+                Cluster {
+                    quads,
+                    ..geometry.for_loops()
+                },
+                &placed.screen,
+                cull,
+                buffer.tiles(),
+                &mut self.list.blocks,
+            );
+        };
+        assemble(geometry.quads);
+        if !frame.settings.slack.is_none() {
+            let bridges = frame.occluders.bridges_of(object, cluster);
+            bridges.chunks(MOST_QUADS).for_each(assemble);
+        }
     }
 }

@@ -6,7 +6,7 @@ use super::waiting::{Waiting, WaitingCluster};
 use crate::occluders::Budget;
 use crate::occlusion::{Footprint, Screen};
 use crate::prepare::SampledCluster;
-use crate::view::{Camera, Containment, Frustum, Planes, Projection};
+use crate::view::{Camera, Containment, Planes, Projection};
 
 /// Memory that is kept from frame to frame.
 #[derive(Debug, Default)]
@@ -48,7 +48,7 @@ pub fn sampled(
         footprints,
     } = memory;
     in_frustum.clear();
-    let frustum = Frustum::new(screen.camera(), screen.size());
+    let frustum = frame.frustum(screen.camera());
     for of_object in seen.chunk_by(|a, b| a.id.object == b.id.object) {
         let number = of_object[0].id.object;
         let bounds = &frame.scene.bounds()[number as usize];

@@ -4,11 +4,11 @@ use super::Frame;
 use crate::occlusion::{Occluder, OcclusionBuffer};
 use crate::raster::{CullMode, Geometry, Positions};
 use crate::scene::Alpha;
-use crate::view::{Containment, Frustum, Planes};
+use crate::view::{Containment, Planes};
 
 /// Draws the translucent surfaces of the objects that are not hidden yet.
 pub fn draw_translucent(frame: &Frame<'_>, buffer: &mut OcclusionBuffer) {
-    let frustum = Frustum::new(buffer.screen().camera(), frame.settings.size);
+    let frustum = frame.frustum(buffer.screen().camera());
     for &number in frame.occluders.translucent() {
         let bounds = &frame.scene.bounds()[number as usize];
         let is_outside = frustum.contains(bounds, Planes::ALL) == Containment::Outside;

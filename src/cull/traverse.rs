@@ -326,7 +326,7 @@ pub fn not_hidden_among(
     memory: &mut TraverseMemory,
     undecided: &mut Vec<(u32, Footprint)>,
 ) {
-    let frustum = Frustum::new(buffer.screen().camera(), frame.settings.size);
+    let frustum = frame.frustum(buffer.screen().camera());
     let share = match frame.tasks.threads() {
         1 => objects.len().max(1),
         threads => objects.len().div_ceil(LOOKS_PER_THREAD * threads).max(1),
@@ -355,7 +355,7 @@ fn look<'m>(
 ) -> &'m [Look] {
     let scene = frame.scene;
     let looks = &mut memory.looks;
-    let frustum = Frustum::new(buffer.screen().camera(), frame.settings.size);
+    let frustum = frame.frustum(buffer.screen().camera());
     grow(looks, 1);
     looks[0].begin((!scene.bvh().nodes.is_empty()).then_some(0));
     let threads = frame.tasks.threads();

@@ -18,7 +18,7 @@ use crate::occlusion::{
 use crate::raster::SurfaceTriangles;
 use crate::scene::is_mirroring;
 use crate::tasks::Work;
-use crate::view::{Containment, Frustum, MapScale, Planes};
+use crate::view::{Containment, MapScale, Planes};
 
 /// A task asks so many objects.
 const OBJECTS_PER_TASK: usize = 64;
@@ -79,6 +79,7 @@ impl Frame<'_> {
     pub(super) fn asks_before_drawing(&self) -> bool {
         self.settings.depth == DepthRepresentation::NoBackground
             || self.settings.map_scale != MapScale::Full
+            || !self.settings.slack.is_none()
     }
 
     /// Notes what was drawn, and builds the pyramids.
@@ -129,7 +130,7 @@ impl Frame<'_> {
             };
             let cluster = &mesh.clusters()[id.cluster as usize];
             let bounds = &self.scene.bounds()[id.object as usize];
-            let from_local = screen.screen_from_local(&object.world_from_local);
+            let from_local = screen.screen_from_local(&object.world_from_local, bounds);
             let local = cluster.bounds();
             footprints.clear();
             screen.footprints_of_local_boxes(
@@ -188,7 +189,7 @@ impl Frame<'_> {
         let statistics = &mut found.statistics;
         self.tasks.alone(Work::Look, || {
             let nodes = &self.scene.bvh().nodes;
-            let frustum = Frustum::new(buffer.screen().camera(), self.settings.size);
+            let frustum = self.frustum(buffer.screen().camera());
             level.clear();
             level.extend((!nodes.is_empty()).then_some(0));
             while !level.is_empty() {

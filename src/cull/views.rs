@@ -169,5 +169,11 @@ impl View {
 
 /// An empty buffer as settings want it.
 pub fn new_buffer(settings: &Settings, camera: &Camera) -> OcclusionBuffer {
-    OcclusionBuffer::with_map_scale(settings.size, *camera, settings.map_scale)
+    let Settings {
+        size,
+        map_scale,
+        slack,
+        ..
+    } = *settings;
+    OcclusionBuffer::with_slack(size, *camera, map_scale, slack)
 }

@@ -267,9 +267,10 @@ impl Waiting {
         screen: &Screen,
     ) -> u32 {
         let place = &frame.scene.objects()[number as usize].world_from_local;
+        let bounds = &frame.scene.bounds()[number as usize];
         self.placed.put(Placed {
             object: number,
-            screen: screen.screen_from_local(place),
+            screen: screen.screen_from_local(place, bounds),
             single_sided: if is_mirroring(place) {
                 CullMode::Front
             } else {

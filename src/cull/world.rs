@@ -81,7 +81,7 @@ impl World {
     }
 
     /// Finds out what settings ask of the scene's objects; `by` does the work.
-    pub fn prepare_for(&self, settings: &Settings, by: impl FnOnce(&(dyn Fn() + Sync))) {
+    pub fn prepare_for(&self, settings: &Settings, by: impl Fn(&(dyn Fn() + Sync))) {
         self.occluders.prepare_for(&self.scene, settings, by);
     }
 

@@ -14,8 +14,8 @@ const REFERENCE_HEIGHT: f64 = 768.0;
 /// One step to each direction; the opposite is taken with it.
 const DIRECTIONS: [[f64; 2]; 4] = [[1.0, 0.0], [0.0, 1.0], [0.7, 0.7], [0.7, -0.7]];
 /// How much darker a right angle seen from within is, and how much brighter one seen from without.
-const DARKEST: f32 = 0.9;
-const BRIGHTEST: f32 = 0.2;
+pub const DARKEST: f32 = 0.9;
+pub const BRIGHTEST: f32 = 0.2;
 
 /// Finds creases in the depths of a picture, row by row; minus infinity where there is nothing.
 #[derive(Clone, Debug)]
@@ -28,7 +28,7 @@ pub struct Creases {
 
 /// What a difference of depth means, in pixels.
 #[derive(Clone, Copy, Debug)]
-enum Scale {
+pub enum Scale {
     /// Depth is one over distance: pixels = focal length × relative difference.
     Relative(f32),
     /// Depth is distance: pixels = pixels a unit × difference.
@@ -58,6 +58,18 @@ impl Creases {
             }
         }
         Creases { size, steps, scale }
+    }
+
+    /// Steps in pixels to one of two opposite neighbours, and one over their length.
+    #[cfg(feature = "gpu")]
+    pub fn steps(&self) -> &[([i32; 2], f32)] {
+        &self.steps
+    }
+
+    /// What a difference of depth means.
+    #[cfg(feature = "gpu")]
+    pub fn scale(&self) -> Scale {
+        self.scale
     }
 
     /// What to multiply the light of a pixel with.

@@ -34,6 +34,12 @@ impl Image {
         }
     }
 
+    /// A picture of these pixels, so many in a row.
+    #[cfg(feature = "gpu")]
+    pub(super) fn of_pixels(width: usize, pixels: Vec<[u8; 3]>) -> Image {
+        Image { width, pixels }
+    }
+
     /// Pixels across.
     pub fn width(&self) -> usize {
         self.width
@@ -75,9 +81,21 @@ impl Image {
     /// # Panics
     /// If the sizes differ.
     pub fn differing_pixels(&self, other: &Image) -> usize {
+        self.pixels_differing_by_more(other, 0)
+    }
+
+    /// How many pixels differ by more than this from those of a picture of the same size, in red, green or blue.
+    ///
+    /// # Panics
+    /// If the sizes differ.
+    pub fn pixels_differing_by_more(&self, other: &Image, than: u8) -> usize {
         self.assert_same_size(other);
+        let differs = |(a, b): &(&[u8; 3], &[u8; 3])| {
+            let mut channels = a.iter().zip(*b);
+            channels.any(|(&a, &b)| a.abs_diff(b) > than)
+        };
         let pairs = self.pixels.iter().zip(&other.pixels);
-        pairs.filter(|(a, b)| a != b).count()
+        pairs.filter(differs).count()
     }
 
     /// Where two pictures of the same size differ: red there, the picture itself faintly elsewhere.
@@ -213,6 +231,12 @@ impl SrgbTable {
         SrgbTable((0..=Self::LAST).map(encode).collect())
     }
 
+    /// What is encoded of 0, and so on in equal steps to 1.
+    #[cfg(feature = "gpu")]
+    pub fn bytes(&self) -> &[u8] {
+        &self.0
+    }
+
     pub fn of(&self, color: Linear) -> [u8; 3] {
         // A cast saturates: below 0 gives 0.
         color.map(|c| self.0[((c * Self::LAST as f32 + 0.5) as usize).min(Self::LAST)])
@@ -223,7 +247,7 @@ impl SrgbTable {
 mod tests {
     use std::sync::Arc;
 
-    use glam::{DAffine3, DVec3};
+    use glam::{DAffine3, DVec2, DVec3};
 
     use super::*;
     use crate::cull::{Culler, Settings};
@@ -330,6 +354,27 @@ mod tests {
         let visible = culler.cull(&camera()).visible;
         assert!(visible.len() < all.len());
         assert_eq!(render(&scene, &visible), render(&scene, &all));
+    }
+
+    #[test]
+    fn samples_a_pixel_away_are_the_picture_moved_by_a_pixel() {
+        let scene = scene(vec![
+            placed(0, DVec3::ZERO),
+            placed(1, DVec3::new(0.7, 0.3, 0.9)),
+            placed(2, DVec3::new(-0.9, -0.6, 1.2)),
+        ]);
+        let there = camera().jittered(DVec2::new(1.0, -1.0)).expect("a pixel");
+        let (here, there) = (
+            render(&scene, &[0, 1, 2]),
+            render_image(&scene, &there, size(), &[0, 1, 2]),
+        );
+        let at = |image: &Image, x: usize, y: usize| image.pixels()[y * image.width() + x];
+        // Within the red square: the background stays.
+        for y in 24..43 {
+            for x in 41..59 {
+                assert_eq!(at(&there, x, y), at(&here, x + 1, y - 1), "{x}, {y}");
+            }
+        }
     }
 
     #[test]

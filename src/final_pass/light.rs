@@ -15,21 +15,21 @@ use crate::view::{Camera, Projection};
 pub type Linear = [f32; 3];
 
 /// Light from straight above, and from straight below.
-const SKY: [f64; 3] = [0.34, 0.38, 0.44];
-const GROUND: [f64; 3] = [0.15, 0.135, 0.12];
+pub const SKY: [f64; 3] = [0.34, 0.38, 0.44];
+pub const GROUND: [f64; 3] = [0.15, 0.135, 0.12];
 /// The key light: where it stands, and its colour.
 const KEY_DIRECTION: DVec3 = DVec3::new(0.48, 0.78, 0.40);
-const KEY: [f64; 3] = [0.80, 0.735, 0.615];
+pub const KEY: [f64; 3] = [0.80, 0.735, 0.615];
 /// The lamp at the eye.
-const LAMP: f64 = 0.26;
+pub const LAMP: f64 = 0.26;
 
 /// The background at the top of the picture and at its bottom.
-const BACKGROUND_TOP: Linear = [0.30, 0.38, 0.50];
-const BACKGROUND_BOTTOM: Linear = [0.74, 0.78, 0.80];
+pub const BACKGROUND_TOP: Linear = [0.30, 0.38, 0.50];
+pub const BACKGROUND_BOTTOM: Linear = [0.74, 0.78, 0.80];
 
 /// What distance fades to, and how much of it far away.
-const HAZE: Linear = [0.52, 0.58, 0.66];
-const MOST_HAZE: f64 = 0.28;
+pub const HAZE: Linear = [0.52, 0.58, 0.66];
+pub const MOST_HAZE: f64 = 0.28;
 
 /// Opacity of translucent surfaces whose material leaves it to a texture.
 const UNKNOWN_OPACITY: f32 = 0.5;
@@ -77,6 +77,18 @@ impl<'a> Light<'a> {
         }
     }
 
+    /// The direction to the key light, world axes.
+    #[cfg(feature = "gpu")]
+    pub fn key(&self) -> DVec3 {
+        self.key
+    }
+
+    /// The distance where haze begins, and how much farther it has half its strength.
+    #[cfg(feature = "gpu")]
+    pub fn haze(&self) -> [f64; 2] {
+        [self.clear_distance, self.haze_distance]
+    }
+
     /// The background in a row of pixels.
     pub fn background(&self, row: usize, rows: usize) -> Linear {
         mix(
@@ -94,12 +106,7 @@ impl<'a> Light<'a> {
         material: &Material,
         depth: f32,
     ) -> Linear {
-        let base = if self.plain && material.alpha != Alpha::Blend {
-            color_of_index(object)
-        } else {
-            let c = material.color;
-            [unit(c[0]), unit(c[1]), unit(c[2])]
-        };
+        let base = self.base_color(object, material);
         let lit = self.lit(object, triangle, base);
         let distance = distance_at(&self.projection, depth);
         // Orthographic views have no distance from an eye.
@@ -111,6 +118,16 @@ impl<'a> Light<'a> {
             _ => 0.0,
         };
         mix(lit, HAZE, haze)
+    }
+
+    /// The colour of an object's surface in white light.
+    pub fn base_color(&self, object: u32, material: &Material) -> Linear {
+        if self.plain && material.alpha != Alpha::Blend {
+            color_of_index(object)
+        } else {
+            let c = material.color;
+            [unit(c[0]), unit(c[1]), unit(c[2])]
+        }
     }
 
     /// A surface of colour `base`, lit as the face lies.

@@ -2,9 +2,11 @@
 //!
 //! A picture is made in this order: `surfaces` finds the nearest surface at each pixel (with `pixels`, which the exact
 //! reference uses too), `light` colours it, `creases` brings out its shape, `image` blends translucent surfaces over
-//! and encodes the result.
+//! and encodes the result. With the feature `gpu`, `gpu` draws the same picture on a graphics processor.
 
 mod creases;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 mod image;
 mod light;
 mod overlay;

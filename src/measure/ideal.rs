@@ -104,8 +104,10 @@ fn span_of_corners(
             Projection::Orthographic { .. } => 1.0,
         };
         let px =
-            (relative.dot(camera.right()) / (across * scale) + 1.0) * 0.5 * size.width() as f64;
-        let py = (1.0 - relative.dot(camera.up()) / (up * scale)) * 0.5 * size.height() as f64;
+            (relative.dot(camera.right()) / (across * scale) + 1.0) * 0.5 * size.width() as f64
+                - camera.jitter().x;
+        let py = (1.0 - relative.dot(camera.up()) / (up * scale)) * 0.5 * size.height() as f64
+            - camera.jitter().y;
         x = [x[0].min(px), x[1].max(px)];
         y = [y[0].min(py), y[1].max(py)];
         nearest = nearest.min(distance);

@@ -75,6 +75,8 @@ pub struct SettingsReport {
     pub nth: u32,
     /// Final pixels along the edge of a map pixel.
     pub map_scale: u32,
+    /// How far the final pass may draw from where ours does, in pixels: 0 if it is ours.
+    pub slack: f64,
     /// Every how many frames one is judged.
     pub every: usize,
     /// What moves: `doors`, `all`, or null.

@@ -20,7 +20,7 @@
 
 use antumbra_simd::TILE_SIZE;
 
-use crate::view::MapScale;
+use crate::view::{MapScale, Slack};
 
 /// How much may be lost.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -59,11 +59,11 @@ impl Accuracy {
     }
 
     /// Sub-pixels of the map by which occluders are pulled in. Where holes are assumed to be distributed favourably, a sample of a
-    /// coarse map stands for its block if its middle is covered, as in HOM §8.2.2.
-    pub(super) fn inset(&self, scale: MapScale) -> i32 {
+    /// coarse map stands for its block if its middle is covered, as in HOM §8.2.2, and other roundings than ours count for nothing.
+    pub(super) fn inset(&self, scale: MapScale, slack: Slack) -> i32 {
         match self.approximation() {
             Some(approximation) if approximation.distribution > 1.0 && !self.is_exact() => 0,
-            _ => scale.inset(),
+            _ => scale.inset() + slack.inset(scale),
         }
     }
 }

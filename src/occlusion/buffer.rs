@@ -17,7 +17,7 @@ use super::{Accuracy, Footprint, OcclusionMap, ProjectedBox, SampleRect, Screen}
 use crate::raster::{Assembler, BlockList, CullMode, Geometry, TileBuffer};
 use crate::scene::{Aabb, OrientedBox, is_mirroring};
 use crate::tasks::Tasks;
-use crate::view::{Camera, MapScale, PictureSize};
+use crate::view::{Camera, MapScale, PictureSize, Slack};
 
 /// The answer to a question: the continuum between hidden and seen (HOM §5.4).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -138,16 +138,34 @@ impl OcclusionBuffer {
 
     /// An empty buffer for pictures of a size, with a map of this scale: coarse ones take less time and memory, and hide less.
     pub fn with_map_scale(size: PictureSize, camera: Camera, scale: MapScale) -> OcclusionBuffer {
-        OcclusionBuffer {
+        OcclusionBuffer::with_slack(size, camera, scale, Slack::NONE)
+    }
+
+    /// The same where the final pass is not ours, and may lie this far from it.
+    pub fn with_slack(
+        size: PictureSize,
+        camera: Camera,
+        scale: MapScale,
+        slack: Slack,
+    ) -> OcclusionBuffer {
+        let mut buffer = OcclusionBuffer {
             picture: size,
-            screen: Screen::with_map_scale(camera, size, scale),
+            screen: Screen::with_slack(camera, size, scale, slack),
             map: OnceLock::new(),
             tiles: TileBuffer::with_map_scale(scale.map_size(size), scale),
             accuracy: Accuracy::Exact,
             holes: None,
             assembler: Assembler::default(),
             triangles: Vec::new(),
-        }
+        };
+        buffer.tiles.set_inset(buffer.inset());
+        buffer
+    }
+
+    /// Sub-pixels of the map by which occluders are pulled in.
+    fn inset(&self) -> i32 {
+        self.accuracy
+            .inset(self.screen.scale(), self.screen.slack())
     }
 
     /// Sets what may be lost, before anything is drawn; exact at first.
@@ -157,7 +175,7 @@ impl OcclusionBuffer {
         }
         let scale = self.screen.scale();
         self.accuracy = accuracy;
-        self.tiles.set_inset(accuracy.inset(scale));
+        self.tiles.set_inset(self.inset());
         let is_approximate = accuracy.approximation().is_some();
         self.holes = is_approximate.then(|| Box::new(Holes::new(&self.tiles, &accuracy, scale)));
     }
@@ -174,7 +192,8 @@ impl OcclusionBuffer {
 
     /// Forgets all that was drawn and begins a frame, in tasks.
     pub(crate) fn clear_by(&mut self, tasks: Tasks<'_>, camera: &Camera) {
-        self.screen = Screen::with_map_scale(*camera, self.picture, self.screen.scale());
+        let (scale, slack) = (self.screen.scale(), self.screen.slack());
+        self.screen = Screen::with_slack(*camera, self.picture, scale, slack);
         self.tiles.clear_by(tasks);
         if let Some(holes) = &mut self.holes {
             holes.clear();
@@ -217,7 +236,16 @@ impl OcclusionBuffer {
     /// Sets an occluder's triangles up.
     fn assemble(&mut self, occluder: &Occluder<'_>) {
         let size = self.tiles.size();
-        let screen = self.screen.screen_from_local(&occluder.world_from_local);
+        let bounds = if self.screen.slack().is_none() {
+            Aabb::EMPTY
+        } else {
+            let place = &occluder.world_from_local;
+            let corners = occluder.geometry.positions().iter();
+            Aabb::around(corners.map(|p| place.transform_point3(DVec3::from(p.map(f64::from)))))
+        };
+        let screen = self
+            .screen
+            .screen_from_local(&occluder.world_from_local, &bounds);
         let mirrored = is_mirroring(&occluder.world_from_local);
         let cull = if mirrored {
             occluder.cull_mode.mirrored()

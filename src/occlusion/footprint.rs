@@ -8,6 +8,9 @@
 //!   that error.
 //! * Vertices snap to the sub-pixel grid: half a sub-pixel (1/512 pixel), and 2⁻¹⁰ sub-pixels for the rounding of the
 //!   snap itself and of the division.
+//! * What a final pass that is not ours may do otherwise ([`Slack`]): its pixels are added to the snap; positions are off by its share of
+//!   the distance to the farthest corner of the bounds, twice, since an occluder is drawn as much farther away; its depth, twice
+//!   as well, is added to the nearest.
 //! * A triangle's depth at a sample is clamped to its vertices' (see [`antumbra_simd::triangle::DepthPlane`]), so no
 //!   sample is nearer than the nearest corner. The depth is rounded towards the eye when it becomes f32.
 
@@ -19,11 +22,12 @@ use antumbra_simd::glance::{Rays, Slabs};
 use antumbra_simd::projected::{CornerBox, OnScreen};
 use antumbra_simd::vertex::ScreenTransform;
 use antumbra_simd::{Level, SUBPIXELS};
-use glam::{DAffine3, DVec3};
+use glam::DVec3;
 
 use super::ProjectedBox;
+use super::occluder_transform::asked_by;
 use crate::scene::{Aabb, OrientedBox};
-use crate::view::{Camera, MapScale, PictureSize, Projection};
+use crate::view::{Camera, MapScale, PictureSize, Projection, Slack};
 
 /// How far a projected coordinate may lie from where it is drawn, in sub-pixels, besides errors that scale with the
 /// scene and what a sample of a coarse map reaches.
@@ -60,13 +64,17 @@ pub enum Footprint {
 /// A camera, a picture size and a map's scale, made ready to project shapes. Samples are the map's.
 #[derive(Clone, Debug)]
 pub struct Screen {
-    camera: Camera,
-    scale: MapScale,
+    pub(super) camera: Camera,
+    pub(super) scale: MapScale,
+    pub(super) slack: Slack,
     /// The map's.
-    size: PictureSize,
+    pub(super) size: PictureSize,
     /// The largest of the eye's coordinates.
     eye_reach: f64,
-    from_eye: ScreenTransform,
+    /// What occluders are drawn by.
+    pub(super) from_eye: ScreenTransform,
+    /// What a depth may be off on behalf of the slack.
+    pub(super) depth_slack: f64,
     rays: Rays,
     norms: Norms,
     view: BoxView,
@@ -90,29 +98,44 @@ impl Screen {
     /// Makes a camera ready for a picture size and a map of this scale: samples are the map's, each of which stands for a block
     /// of pixels.
     pub fn with_map_scale(camera: Camera, picture: PictureSize, scale: MapScale) -> Screen {
+        Screen::with_slack(camera, picture, scale, Slack::NONE)
+    }
+
+    /// The same for a final pass that may lie this far from ours.
+    pub fn with_slack(
+        camera: Camera,
+        picture: PictureSize,
+        scale: MapScale,
+        slack: Slack,
+    ) -> Screen {
         let from_eye = scale.map_from(&camera.screen_from_eye(picture));
         let size = scale.map_size(picture);
+        let depth_slack = slack.depth_through(camera.projection());
+        let asked_from_eye = asked_by(&from_eye, depth_slack);
         let norm = |r: [f64; 4]| vector(r).length();
         let norms = Norms {
             x: norm(from_eye.x),
             y: norm(from_eye.y),
-            depth: norm(from_eye.depth),
+            depth: norm(asked_from_eye.depth),
             w: norm(from_eye.w),
         };
         Screen {
             camera,
             scale,
+            slack,
             size,
             eye_reach: largest(camera.eye().abs()),
-            rays: Rays::new(&from_eye),
+            rays: Rays::new(&asked_from_eye),
             view: BoxView {
-                screen: from_eye,
+                screen: asked_from_eye,
                 norms: [norms.x, norms.y, norms.depth, norms.w],
-                snap_error: SNAP_ERROR + f64::from(scale.reach()),
+                snap_error: SNAP_ERROR + f64::from(scale.reach()) + slack.subpixels(scale),
                 relative_error: POSITION_ERROR,
+                slope_error: slack.slope_error(),
                 size: [size.width() as f64, size.height() as f64],
             },
             from_eye,
+            depth_slack,
             norms,
         }
     }
@@ -127,14 +150,14 @@ impl Screen {
         self.scale
     }
 
+    /// What the final pass may do otherwise than ours.
+    pub fn slack(&self) -> Slack {
+        self.slack
+    }
+
     /// The map's size.
     pub fn size(&self) -> PictureSize {
         self.size
-    }
-
-    /// The transform from local coordinates to the screen.
-    pub(crate) fn screen_from_local(&self, world_from_local: &DAffine3) -> ScreenTransform {
-        self.camera.placed(&self.from_eye, world_from_local)
     }
 
     /// Where an axis-aligned world box may be drawn.
@@ -162,7 +185,7 @@ impl Screen {
                 max: bounds.max - eye,
             };
             // What is empty or not finite is so relative to the eye as well.
-            (relative, 2.0 * self.position_error(reach(bounds)))
+            (relative, self.bounds_error(bounds))
         });
         self.footprints_of_boxes(level, &self.from_eye, boxes, footprints);
     }
@@ -177,7 +200,7 @@ impl Screen {
         boxes: impl Iterator<Item = Aabb>,
         footprints: &mut Vec<Footprint>,
     ) {
-        let error = 2.0 * self.position_error(reach(bounds));
+        let error = self.bounds_error(bounds);
         let boxes = boxes.map(|b| (b, error));
         self.footprints_of_boxes(level, from_local, boxes, footprints);
     }
@@ -191,7 +214,7 @@ impl Screen {
         footprints: &mut Vec<Footprint>,
     ) {
         let view = BoxView {
-            screen: *screen,
+            screen: asked_by(screen, self.depth_slack),
             ..self.view
         };
         let mut boxes = boxes.peekable();
@@ -238,7 +261,7 @@ impl Screen {
         bounds: &Aabb,
         local: &Aabb,
     ) -> f32 {
-        let error = 2.0 * self.position_error(reach(bounds));
+        let error = self.bounds_error(bounds);
         let [depth_error, w_error] = [self.norms.depth, self.norms.w].map(|norm| norm * error);
         let t = from_local;
         let at_least = |depth: f64, w: f64| {
@@ -306,8 +329,9 @@ impl Screen {
             return Footprint::Unbounded;
         }
         let relative = center - self.camera.eye();
-        let radius = radius + self.position_error(largest(center.abs()) + radius);
-        let t = &self.from_eye;
+        let slack = 2.0 * self.slack.position() * (relative.length() + radius);
+        let radius = radius + self.position_error(largest(center.abs()) + radius) + slack;
+        let t = &self.view.screen;
         let at = |r: [f64; 4]| vector(r).dot(relative) + r[3];
         let (w, ww) = (at(t.w), vector(t.w).length_squared());
         let nearest_w = w - radius * self.norms.w;
@@ -341,7 +365,8 @@ impl Screen {
     }
 
     /// Where something may be drawn of which only a rectangle on screen is known: columns `x` and rows `y` in pixels,
-    /// fractions allowed, and the distance of its nearest point along the view direction.
+    /// fractions allowed, and the distance of its nearest point along the view direction. What its position may be off has to be in
+    /// them already, if there is a slack.
     pub fn footprint_of_rectangle(
         &self,
         x: [f64; 2],
@@ -356,7 +381,7 @@ impl Screen {
         if !(in_front && ordered) {
             return Footprint::Unbounded;
         }
-        let depth = projection.depth_at(nearest_distance);
+        let depth = projection.depth_at(nearest_distance) + 2.0 * self.depth_slack;
         self.footprint_of_extent(
             Extent {
                 x: subpixels(x),
@@ -397,7 +422,7 @@ impl Screen {
             corners: std::array::from_fn(|a| std::array::from_fn(|i| side(i, a)[a])),
             // Of an empty box nothing is known.
             error: if bounds.is_valid() {
-                2.0 * self.position_error(reach(bounds))
+                self.bounds_error(bounds)
             } else {
                 f64::NAN
             },
@@ -427,11 +452,13 @@ impl Screen {
         let sign = |i: usize, bit: usize| if i >> bit & 1 == 0 { -1.0 } else { 1.0 };
         let corner = |i| center + u * sign(i, 0) + v * sign(i, 1) + w * sign(i, 2);
         let corners: [DVec3; 8] = std::array::from_fn(corner);
-        let reach = largest(bounds.center.abs() + u.abs() + v.abs() + w.abs());
+        let half = u.abs() + v.abs() + w.abs();
+        let reach = largest(bounds.center.abs() + half);
+        let around = (center.abs() + half).length();
         CornerBox {
             corners: std::array::from_fn(|axis| corners.map(|c| c[axis])),
             // Three axes may all be off at once: the length of the diagonal is less than twice as much.
-            error: 2.0 * (error + self.position_error(reach)),
+            error: 2.0 * (error + self.position_error(reach) + self.slack.position() * around),
             mirrored: u.dot(v.cross(w)) < 0.0,
         }
     }
@@ -440,6 +467,12 @@ impl Screen {
     /// with a view's rows might overflow.
     fn position_error(&self, reach: f64) -> f64 {
         ((reach + self.eye_reach) * OVERFLOW) * (POSITION_ERROR / OVERFLOW)
+    }
+
+    /// How far a vertex of something within these bounds may lie outside of them. (Three axes may all be off at once: the length of the
+    /// diagonal is less than twice as much. Where an occluder's transform is asked with, it has stood back by the slack.)
+    fn bounds_error(&self, bounds: &Aabb) -> f64 {
+        2.0 * (self.position_error(reach(bounds)) + self.position_slack(bounds))
     }
 
     fn project_box(&self, corners: &CornerBox, slabs: Slabs) -> ProjectedBox {

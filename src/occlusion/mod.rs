@@ -15,6 +15,7 @@ mod depth;
 mod footprint;
 mod holes;
 mod map;
+mod occluder_transform;
 mod overlap;
 mod projected_box;
 mod veils;

@@ -5,7 +5,7 @@
 //! [`ClusteredMesh`] (`clusters`) lays them out for vector loops, [`NormalCone`] (`normal_cone`) tells when a whole
 //! cluster looks away from the eye, and [`ClusteredScene`] (`clustered_scene`) holds the clusters of every mesh that
 //! occludes, once however many objects share it. [`OccluderFitness`] (`fitness`) says which objects are worth drawing as
-//! occluders at all.
+//! occluders at all. For a final pass that is not ours, `bridges` says what is drawn over the seams of a cluster.
 //!
 //! [`VisibilityGrid`] (`visibility_grid`, and `visibility_bytes`) says which clusters are seen from where, if somebody had it made.
 //!
@@ -16,6 +16,7 @@
 //! every order is total.
 
 mod archive;
+mod bridges;
 mod cluster_tree;
 mod clustered_scene;
 mod clusters;
@@ -33,6 +34,7 @@ mod visibility_bytes;
 mod visibility_grid;
 
 pub use archive::ArchiveError;
+pub(crate) use bridges::Bridges;
 pub use clustered_scene::{ClusteredScene, MemoryUse};
 pub(crate) use clusters::CLUSTER_COST;
 pub use clusters::{

@@ -17,7 +17,7 @@ pub fn paired(positions: &[[f32; 3]], triangles: &[[u8; 3]]) -> Vec<[u8; 4]> {
         .iter()
         .map(|p| DVec3::from(p.map(f64::from)))
         .collect();
-    let mut pairs = candidates(&points, triangles);
+    let mut pairs = candidates(&points, triangles, LEAST_COSINE);
     // The best first; of equals, the first.
     pairs.sort_by(|a, b| b.worth.total_cmp(&a.worth).then(a.of.cmp(&b.of)));
     let mut partner: Vec<Option<(usize, [u8; 4])>> = vec![None; triangles.len()];
@@ -35,6 +35,29 @@ pub fn paired(positions: &[[f32; 3]], triangles: &[[u8; 3]]) -> Vec<[u8; 4]> {
     triangles.iter().enumerate().filter_map(quad).collect()
 }
 
+/// The pairs of triangles of these quadrilaterals that share an edge, and are not the same one's already: convex, and less bent than a right
+/// angle.
+pub fn pairs_beside(positions: &[[f32; 3]], quads: &[[u8; 4]]) -> Vec<[u8; 4]> {
+    let points: Vec<DVec3> = positions
+        .iter()
+        .map(|p| DVec3::from(p.map(f64::from)))
+        .collect();
+    let (mut triangles, mut quad_of) = (Vec::new(), Vec::new());
+    for (quad, &[a, b, c, d]) in quads.iter().enumerate() {
+        triangles.push([a, b, c]);
+        quad_of.push(quad);
+        if c != d {
+            triangles.push([a, c, d]);
+            quad_of.push(quad);
+        }
+    }
+    candidates(&points, &triangles, 0.0)
+        .iter()
+        .filter(|pair| quad_of[pair.of[0]] != quad_of[pair.of[1]])
+        .map(|pair| pair.quad)
+        .collect()
+}
+
 /// Two triangles that could be one quadrilateral.
 struct Pair {
     of: [usize; 2],
@@ -43,7 +66,7 @@ struct Pair {
 }
 
 /// All pairs that share an edge, which one runs through forwards and the other backwards, and are flat and convex enough.
-fn candidates(points: &[DVec3], triangles: &[[u8; 3]]) -> Vec<Pair> {
+fn candidates(points: &[DVec3], triangles: &[[u8; 3]], least_cosine: f64) -> Vec<Pair> {
     let mut edges: Vec<([u8; 2], usize, usize)> = Vec::with_capacity(3 * triangles.len());
     for (index, t) in triangles.iter().enumerate() {
         for corner in 0..3 {
@@ -63,7 +86,7 @@ fn candidates(points: &[DVec3], triangles: &[[u8; 3]]) -> Vec<Pair> {
             let b = triangles[first][(corner + 2) % 3];
             let d = triangles[second][(other_corner + 2) % 3];
             let quad = [to, b, from, d];
-            if let Some(worth) = worth(quad.map(|i| points[usize::from(i)])) {
+            if let Some(worth) = worth(quad.map(|i| points[usize::from(i)]), least_cosine) {
                 pairs.push(Pair {
                     of: [first, second],
                     quad,
@@ -76,7 +99,7 @@ fn candidates(points: &[DVec3], triangles: &[[u8; 3]]) -> Vec<Pair> {
 }
 
 /// How well a quadrilateral `a b c d` does for the triangles `a b c` and `a c d`; none if it is bent or not convex.
-fn worth([a, b, c, d]: [DVec3; 4]) -> Option<f64> {
+fn worth([a, b, c, d]: [DVec3; 4], least_cosine: f64) -> Option<f64> {
     let corners = [(a, b, c), (c, d, a), (b, c, d), (d, a, b)];
     let normals = corners.map(|(p, q, r)| (q - p).cross(r - q));
     let [first, second, ..] = normals;
@@ -89,5 +112,5 @@ fn worth([a, b, c, d]: [DVec3; 4]) -> Option<f64> {
         .fold(f64::INFINITY, f64::min);
     // How far from being a triangle it is: least corner against the area, 1 for a parallelogram.
     let squareness = least / along.length_squared() * 2.0;
-    (cosine >= LEAST_COSINE && least > 0.0).then_some(squareness)
+    (cosine >= least_cosine && least > 0.0).then_some(squareness)
 }

@@ -71,7 +71,7 @@ impl<'a> Positions<'a> {
         self.len() == 0
     }
 
-    fn iter(&self) -> impl Iterator<Item = [f32; 3]> + 'a {
+    pub(crate) fn iter(&self) -> impl Iterator<Item = [f32; 3]> + 'a {
         self.floats
             .chunks(self.stride)
             .filter_map(|c| c.first_chunk().copied())
@@ -86,6 +86,11 @@ pub struct Geometry<'a> {
 }
 
 impl<'a> Geometry<'a> {
+    /// The positions.
+    pub(crate) fn positions(&self) -> Positions<'a> {
+        self.positions
+    }
+
     /// Three indices into `positions` a triangle; counter-clockwise is the front.
     ///
     /// # Errors

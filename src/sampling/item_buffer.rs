@@ -92,7 +92,7 @@ impl ItemBuffer {
                 continue;
             }
             let place = &object.world_from_local;
-            let from_local = screen.screen_from_local(place);
+            let from_local = screen.screen_from_local(place, bounds);
             let single_sided = if is_mirroring(place) {
                 CullMode::Front
             } else {

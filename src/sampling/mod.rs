@@ -22,7 +22,7 @@ use crate::prepare::{
     ClusterId, GridLayout, MOST_CLUSTERS_PER_VIEWPOINT, SampledCluster, VisibilityGrid,
     VisibilityGridError,
 };
-use crate::view::{Camera, MapScale, PictureSize, Projection};
+use crate::view::{Camera, MapScale, PictureSize, Projection, Slack};
 
 use item_buffer::ItemBuffer;
 
@@ -127,6 +127,7 @@ impl Sampler {
         let for_face = Settings {
             accuracy: Accuracy::Exact,
             map_scale: MapScale::Full,
+            slack: Slack::NONE,
             occluders: Selection::Contribution,
             budget: Budget::Auto,
             threads: 1,

@@ -2,7 +2,7 @@
 
 use antumbra_simd::vertex::ScreenTransform;
 use antumbra_simd::{SUBPIXELS, TILE_SIZE};
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec2, DVec3};
 use thiserror::Error;
 
 /// A camera or picture that cannot be used.
@@ -228,6 +228,7 @@ pub struct Camera {
     up: DVec3,
     forward: DVec3,
     projection: Projection,
+    jitter: DVec2,
 }
 
 impl Camera {
@@ -283,6 +284,7 @@ impl Camera {
             up: right.cross(forward),
             forward,
             projection,
+            jitter: DVec2::ZERO,
         })
     }
 
@@ -321,7 +323,26 @@ impl Camera {
             up,
             forward,
             projection,
+            jitter: DVec2::ZERO,
         })
+    }
+
+    /// The same camera, whose samples lie so far from the pixels' centres: to the right and down, in pixels. For pictures that are
+    /// added up over time, each with other samples.
+    ///
+    /// # Errors
+    /// If it is more than a pixel.
+    pub fn jittered(self, jitter: DVec2) -> Result<Camera, ViewError> {
+        // False for a NaN.
+        if jitter.abs().cmple(DVec2::ONE).all() {
+            Ok(Camera { jitter, ..self })
+        } else {
+            Err(ViewError::OutOfRange {
+                what: "jitter",
+                value: jitter.abs().max_element(),
+                must_be: "no more than a pixel",
+            })
+        }
     }
 
     /// Where the camera stands, world coordinates.
@@ -344,6 +365,11 @@ impl Camera {
         self.forward
     }
 
+    /// How far its samples lie from the pixels' centres: to the right and down, in pixels.
+    pub fn jitter(&self) -> DVec2 {
+        self.jitter
+    }
+
     /// How the camera projects.
     pub fn projection(&self) -> &Projection {
         &self.projection
@@ -354,15 +380,22 @@ impl Camera {
         let half = |pixels: u32| f64::from(pixels) * f64::from(SUBPIXELS) * 0.5;
         let (half_width, half_height) = (half(size.width), half(size.height));
         let row = |v: DVec3, constant: f64| [v.x, v.y, v.z, constant];
+        // Samples to the right are a picture to the left.
+        let jitter = self.jitter * f64::from(SUBPIXELS);
         match self.projection {
             Projection::Perspective { fov_y, near, far } => {
                 let half_tangent = libm::tan(fov_y * 0.5);
                 ScreenTransform {
                     x: row(
-                        (self.forward + self.right / (half_tangent * size.aspect())) * half_width,
+                        (self.forward + self.right / (half_tangent * size.aspect())) * half_width
+                            - self.forward * jitter.x,
                         0.0,
                     ),
-                    y: row((self.forward - self.up / half_tangent) * half_height, 0.0),
+                    y: row(
+                        (self.forward - self.up / half_tangent) * half_height
+                            - self.forward * jitter.y,
+                        0.0,
+                    ),
                     depth: row(DVec3::ZERO, near),
                     w: row(self.forward, 0.0),
                     near_depth: 1.0,
@@ -372,8 +405,8 @@ impl Camera {
             Projection::Orthographic { height, near, far } => {
                 let subpixels_per_unit = half_height * 2.0 / height;
                 ScreenTransform {
-                    x: row(self.right * subpixels_per_unit, half_width),
-                    y: row(-self.up * subpixels_per_unit, half_height),
+                    x: row(self.right * subpixels_per_unit, half_width - jitter.x),
+                    y: row(-self.up * subpixels_per_unit, half_height - jitter.y),
                     depth: row(-self.forward, 0.0),
                     w: row(DVec3::ZERO, 1.0),
                     near_depth: -near,

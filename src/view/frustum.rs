@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Camera, PictureSize, Projection};
+use super::{Camera, PictureSize, Projection, Slack};
 use crate::scene::Aabb;
 
 /// What rounding may amount to, as a part of the coordinates: ten operations of 2⁻⁵³ each, and a wide margin.
@@ -42,33 +42,51 @@ pub struct Frustum {
     /// The area of the picture: of what it shows, or in perspective of what it shows at a distance of 1.
     area: f64,
     is_perspective: bool,
+    /// What a position may be off, as a share of the distance to the box's farthest corner.
+    slack: f64,
 }
 
 impl Frustum {
     /// The frustum of a camera for a picture's proportions.
     pub fn new(camera: &Camera, size: PictureSize) -> Frustum {
+        Frustum::with_slack(camera, size, Slack::NONE)
+    }
+
+    /// The frustum of all that a final pass with this slack may draw in the picture.
+    pub fn with_slack(camera: &Camera, size: PictureSize, slack: Slack) -> Frustum {
         let (right, up, forward) = (camera.right(), camera.up(), camera.forward());
         let projection = camera.projection();
+        // The sides of the picture, counted from its middle: left, right, bottom and top as shares of half of it.
+        let slack_and_jitter = |pixels: usize, jitter: f64| {
+            let [off, moved] = [slack.pixels(), jitter].map(|v| 2.0 * v / pixels as f64);
+            [(1.0 + off) - moved, (1.0 + off) + moved]
+        };
+        let [left, right_side] = slack_and_jitter(size.width(), camera.jitter().x);
+        let [top, bottom] = slack_and_jitter(size.height(), camera.jitter().y);
         let sides = match *projection {
             Projection::Perspective { fov_y, .. } => {
                 let tangent = libm::tan(fov_y * 0.5);
                 let across = forward * (tangent * size.aspect());
                 let down = forward * tangent;
                 [
-                    (across + right, 0.0),
-                    (across - right, 0.0),
-                    (down + up, 0.0),
-                    (down - up, 0.0),
+                    (across * left + right, 0.0),
+                    (across * right_side - right, 0.0),
+                    (down * bottom + up, 0.0),
+                    (down * top - up, 0.0),
                 ]
             }
             Projection::Orthographic { height, .. } => {
                 let (across, down) = (height * 0.5 * size.aspect(), height * 0.5);
-                [(right, across), (-right, across), (up, down), (-up, down)]
+                [
+                    (right, across * left),
+                    (-right, across * right_side),
+                    (up, down * bottom),
+                    (-up, down * top),
+                ]
             }
         };
-        let far = projection
-            .far()
-            .map_or((DVec3::ZERO, 0.0), |far| (-forward, far));
+        let [near, far] = ends(projection, slack);
+        let far = far.map_or((DVec3::ZERO, 0.0), |far| (-forward, far));
         // A box may touch a plane just where an object lies, and the eye's coordinates be the largest of all: the planes
         // stand back by far more than the subtraction of the eye and the plane's own distance are rounded.
         let reach = camera.eye().abs().max_element();
@@ -77,7 +95,7 @@ impl Frustum {
             sides[1],
             sides[2],
             sides[3],
-            (forward, -projection.near()),
+            near.map_or((DVec3::ZERO, 0.0), |near| (forward, -near)),
             far,
         ]
         .map(|(normal, offset): (DVec3, f64)| {
@@ -95,6 +113,7 @@ impl Frustum {
             planes,
             area: height * height * size.aspect(),
             is_perspective,
+            slack: slack.position(),
         }
     }
 
@@ -117,7 +136,10 @@ impl Frustum {
         while untested != 0 {
             let i = untested.trailing_zeros();
             untested &= untested - 1;
-            let (normal, offset) = self.planes[i as usize];
+            let (normal, mut offset) = self.planes[i as usize];
+            if self.slack > 0.0 {
+                offset += self.slack * distance_of_farthest(bounds, self.eye) * normal.length();
+            }
             let (a, b) = (normal * min, normal * max);
             let farthest_in = greater(a.x, b.x) + greater(a.y, b.y) + greater(a.z, b.z);
             if farthest_in + offset < 0.0 {
@@ -128,4 +150,32 @@ impl Frustum {
         }
         Containment::Meets(Planes(left))
     }
+}
+
+/// The least and the largest distance of what may be drawn, positions aside; none: anything nearer, or farther.
+fn ends(projection: &Projection, slack: Slack) -> [Option<f64>; 2] {
+    let off = slack.depth_through(projection);
+    let (near, far) = (projection.near(), projection.far());
+    if off == 0.0 {
+        return [Some(near), far];
+    }
+    match projection {
+        Projection::Perspective { .. } => {
+            let beyond = |far: f64| {
+                let depth = near / far - off;
+                (depth > 0.0).then(|| near / depth)
+            };
+            [Some(near / (1.0 + off)), far.and_then(beyond)]
+        }
+        Projection::Orthographic { .. } if off.is_finite() => {
+            [Some(near - off), far.map(|far| far + off)]
+        }
+        Projection::Orthographic { .. } => [None, None],
+    }
+}
+
+/// How far the farthest corner of a box is from the eye.
+pub(crate) fn distance_of_farthest(bounds: &Aabb, eye: DVec3) -> f64 {
+    let (min, max) = (bounds.min - eye, bounds.max - eye);
+    min.abs().max(max.abs()).length()
 }

@@ -7,8 +7,11 @@ mod camera;
 mod frustum;
 mod map_scale;
 mod path;
+mod slack;
 
 pub use camera::{Camera, PictureSize, Projection, ViewError};
+pub(crate) use frustum::distance_of_farthest;
 pub use frustum::{Containment, Frustum, Planes};
 pub use map_scale::MapScale;
 pub use path::{CameraPath, PathError};
+pub use slack::Slack;

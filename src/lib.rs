@@ -17,6 +17,11 @@ pub mod tasks;
 pub mod threads;
 pub mod view;
 
+/// Runs the guide's examples.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/guide.md")]
+struct GuideExamples;
+
 /// Compiles the README's example.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

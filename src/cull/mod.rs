@@ -456,7 +456,7 @@ impl Culler {
     /// let projection = Projection::Perspective { fov_y: 1.0, near: 0.1, far: None };
     /// let eye = Camera::look_at(DVec3::new(2.0, 1.0, 9.0), DVec3::new(2.0, 1.0, 0.0), DVec3::Y, projection)?;
     /// let sun = Camera::look_at(DVec3::new(20.0, 30.0, 40.0), DVec3::ZERO, DVec3::Y,
-    ///     Projection::Orthographic { height: 50.0, near: 0.0, far: 100.0 })?;
+    ///     Projection::Orthographic { height: 50.0, near: 0.0, far: Some(100.0) })?;
     /// let mut found = [VisibleSet::default(), VisibleSet::default()];
     /// culler.cull_views(&[eye, sun], &mut found);
     /// assert_eq!(found[shadows].visible, [0]);

@@ -230,6 +230,53 @@ fn what_a_moved_object_touches_is_found_again() {
     );
 }
 
+/// What reaches the near plane has no rectangle. It stays visible when something moves where nobody looks.
+#[test]
+fn what_moves_out_of_the_picture_takes_nothing_with_it() {
+    let (scene, path) = generated(Kind::City, "outside");
+    let mut culler = Culler::new(scene.clone(), settings(1)).expect("threads");
+    let eye = path.cameras()[0].eye();
+    let reaches = |object: &u32| {
+        let bounds = scene.bounds()[*object as usize].grown(0.5);
+        bounds.min.cmple(eye).all() && bounds.max.cmpge(eye).all()
+    };
+    let objects = 0..scene.objects().len() as u32;
+    // Something large is moved so that the eye is inside of it, and something else is moved behind.
+    let large = { objects.clone() }
+        .max_by(|&a, &b| {
+            let size = |object: u32| scene.bounds()[object as usize].size().min_element();
+            size(a).total_cmp(&size(b))
+        })
+        .expect("an object");
+    let center = scene.bounds()[large as usize].center();
+    let moves = [shifted(&scene, large, eye - center)];
+    culler.move_objects(&moves).expect("it stays in the world");
+    let camera = &path.cameras()[0];
+    let before = culler.cull(camera);
+    assert!(before.visible.contains(&large));
+    let other = { objects }
+        .find(|object| *object != large && !reaches(object) && !before.visible.contains(object))
+        .expect("a hidden object");
+    let behind = eye - camera.forward() * 500.0;
+    for step in [0.0, 1.0] {
+        let at = culler.scene().bounds()[other as usize].center();
+        let to = behind + DVec3::Y * step - at;
+        let moves = [shifted(culler.scene(), other, to)];
+        culler.move_objects(&moves).expect("it stays in the world");
+        let found = culler.cull(camera);
+        assert!(
+            found.visible.contains(&large),
+            "{}",
+            found.statistics.skipped
+        );
+        judged(&culler, camera, &found);
+        if step == 1.0 {
+            assert!(found.statistics.skipped.has(Skip::Elsewhere));
+            assert_eq!(found.visible, before.visible);
+        }
+    }
+}
+
 /// Teleports, cuts, resizes and other fields of view are right on the first frame.
 #[test]
 fn sudden_changes_are_right_at_once() {

@@ -18,6 +18,7 @@ use super::{Remembered, Statistics, VisibleSet};
 use crate::occlusion::{Footprint, OcclusionBuffer, Screen};
 use crate::scene::Aabb;
 use crate::tasks::Work;
+use crate::view::{Containment, Frustum, Planes};
 
 /// A region that is larger than one in so many parts of the picture is not worth it: a frame anew takes little more.
 const LARGEST_SHARE: i64 = 4;
@@ -36,10 +37,16 @@ impl Region {
         y: [i32::MAX, i32::MIN],
     };
 
-    /// What holds all that boxes touch; none if one reaches the near plane, or it is too large to be worth it.
-    pub fn around<'a>(screen: &Screen, boxes: impl Iterator<Item = &'a Aabb>) -> Option<Region> {
+    /// What holds all that boxes touch in a frustum; none if one reaches its near plane, or it is too large to be worth it.
+    pub fn around<'a>(
+        screen: &Screen,
+        frustum: &Frustum,
+        boxes: impl Iterator<Item = &'a Aabb>,
+    ) -> Option<Region> {
         let mut region = Region::EMPTY;
-        for bounds in boxes {
+        let is_inside =
+            |bounds: &&Aabb| frustum.contains(bounds, Planes::ALL) != Containment::Outside;
+        for bounds in boxes.filter(is_inside) {
             match screen.footprint_of_aabb(bounds) {
                 Footprint::Unbounded => return None,
                 Footprint::Nowhere => {}
@@ -64,7 +71,7 @@ impl Region {
     /// Whether a shape has no sample in it.
     pub fn misses(self, footprint: Footprint) -> bool {
         match footprint {
-            Footprint::Unbounded => false,
+            Footprint::Unbounded => self.is_empty(),
             Footprint::Nowhere => true,
             Footprint::Within(rect) => {
                 let apart = |a: [i32; 2], b: [i32; 2]| a[1] < b[0] || b[1] < a[0];

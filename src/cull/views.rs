@@ -97,7 +97,8 @@ impl View {
             let bounds = world.scene.bounds();
             let now = moved.iter().map(|&object| &bounds[object as usize]);
             let before = moves.map(|(_, bounds)| bounds);
-            let region = Region::around(buffer.screen(), before.chain(now));
+            let frustum = frame.frustum(camera);
+            let region = Region::around(buffer.screen(), &frustum, before.chain(now));
             if let Some(region) =
                 region.filter(|_| frame.can_be_in_part() && last.parts < MOST_PARTS)
             {

@@ -1,6 +1,7 @@
 //! What approximate frames may lose: nothing if no hole may be ignored, and no more pixels than were ignored.
 
-use std::path::Path;
+mod generated;
+
 use std::sync::Arc;
 
 use antumbra::cull::{Appearances, Culler, Settings, VisibleSet};
@@ -10,22 +11,8 @@ use antumbra::occlusion::{Accuracy, Approximation};
 use antumbra::prepare::Prepared;
 use antumbra::scene::Scene;
 use antumbra::view::{CameraPath, MapScale, PictureSize};
-use antumbra_fixtures::{Kind, Recipe, generate};
-
-fn generated(kind: Kind, name: &str) -> (Arc<Scene>, CameraPath) {
-    let fixture = generate(&Recipe {
-        triangles: Some(60_000),
-        ..Recipe::new(kind)
-    })
-    .expect("enough triangles");
-    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("approximate-{name}.glb"));
-    let out = std::fs::File::create(&file).expect("the file can be written");
-    fixture.write_glb(out).expect("the file can be written");
-    let scene = Scene::load(&file).expect("a sound file");
-    let _ = std::fs::remove_file(&file);
-    let path = CameraPath::parse(&fixture.path_json(), &file).expect("a path");
-    (Arc::new(scene), path)
-}
+use antumbra_fixtures::Kind;
+use generated::generated;
 
 fn settings(accuracy: Accuracy, map_scale: MapScale) -> Settings {
     Settings {
@@ -54,7 +41,7 @@ fn frames(scene: &Arc<Scene>, path: &CameraPath, cull: Settings) -> Vec<FrameRep
 /// Thresholds of 1 ignore nothing: the frame is the exact one, to the bit.
 #[test]
 fn with_thresholds_of_1_a_frame_is_exact() {
-    let (scene, path) = generated(Kind::City, "exact");
+    let (scene, path) = generated(Kind::City, "approximate-exact");
     let nothing = [Approximation::of_hole(0), Approximation::promise(3)];
     for map_scale in MapScale::ALL {
         for budget in [Budget::Auto, Budget::All] {
@@ -134,7 +121,7 @@ fn hardly_a_pixel_is_wrong_by_default() {
 /// What stands out is not lost in a hole; what does not, is.
 #[test]
 fn what_stands_out_shows_through_holes_that_are_ignored() {
-    let (scene, path) = generated(Kind::City, "salience");
+    let (scene, path) = generated(Kind::City, "approximate-salience");
     let accuracy = Accuracy::Approximate(Approximation::of_hole(200));
     let settings = settings(accuracy, MapScale::Full);
     let mut culler = Culler::new(scene.clone(), settings).expect("threads");
@@ -162,7 +149,7 @@ fn what_stands_out_shows_through_holes_that_are_ignored() {
 
 #[test]
 fn levels_of_visibility_are_shares() {
-    let (scene, path) = generated(Kind::City, "levels");
+    let (scene, path) = generated(Kind::City, "approximate-levels");
     let settings = settings(Accuracy::Exact, MapScale::Full);
     let mut culler = Culler::new(scene.clone(), settings).expect("threads");
     let mut levels = Vec::new();
@@ -189,7 +176,7 @@ fn levels_of_visibility_are_shares() {
 /// What enters the picture does not appear all at once; what was in it and culled does.
 #[test]
 fn what_was_culled_a_frame_ago_appears() {
-    let (scene, path) = generated(Kind::City, "appearances");
+    let (scene, path) = generated(Kind::City, "approximate-appearances");
     let settings = settings(Accuracy::Exact, MapScale::Full);
     let mut culler = Culler::new(scene.clone(), settings).expect("threads");
     let mut appearances = Appearances::default();

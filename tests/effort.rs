@@ -1,6 +1,7 @@
 //! What frames leave out because it does not pay: each step is seen to be skipped, and nothing is lost by it.
 
-use std::path::Path;
+mod generated;
+
 use std::sync::Arc;
 
 use antumbra::cull::{Culler, Effort, Prices, Settings, Skip, VisibleSet};
@@ -8,23 +9,9 @@ use antumbra::glam::{DAffine3, DVec3};
 use antumbra::measure::Reference;
 use antumbra::occlusion::{Accuracy, Approximation};
 use antumbra::scene::{Material, Mesh, Object, Scene, Surface};
-use antumbra::view::{Camera, CameraPath, PictureSize, Projection};
-use antumbra_fixtures::{Kind, Recipe, generate};
-
-fn generated(kind: Kind, name: &str) -> (Arc<Scene>, CameraPath) {
-    let fixture = generate(&Recipe {
-        triangles: Some(60_000),
-        ..Recipe::new(kind)
-    })
-    .expect("enough triangles");
-    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("effort-{name}.glb"));
-    let out = std::fs::File::create(&file).expect("the file can be written");
-    fixture.write_glb(out).expect("the file can be written");
-    let scene = Scene::load(&file).expect("a sound file");
-    let _ = std::fs::remove_file(&file);
-    let path = CameraPath::parse(&fixture.path_json(), &file).expect("a path");
-    (Arc::new(scene), path)
-}
+use antumbra::view::{Camera, PictureSize, Projection};
+use antumbra_fixtures::Kind;
+use generated::generated;
 
 fn settings(effort: Effort) -> Settings {
     Settings {
@@ -105,7 +92,7 @@ fn looking(eye: DVec3, target: DVec3) -> Camera {
 /// In an open field there is no occlusion pass, from the first frame on; in the city there is one in every frame.
 #[test]
 fn where_little_is_covered_nothing_is_drawn() {
-    let (field, path) = generated(Kind::Sparse, "field");
+    let (field, path) = generated(Kind::Sparse, "effort-field");
     let mut culler = Culler::new(field, settings(Effort::default())).expect("threads");
     for camera in path.cameras().iter().step_by(12) {
         let found = culler.cull(camera);
@@ -135,7 +122,7 @@ fn where_little_is_covered_nothing_is_drawn() {
     let found = culler.cull(&path.cameras()[1]);
     assert!(!found.statistics.skipped.has(Skip::OcclusionLittleCovers));
 
-    let (city, path) = generated(Kind::City, "city");
+    let (city, path) = generated(Kind::City, "effort-city");
     let mut culler = Culler::new(city, settings(Effort::default())).expect("threads");
     for camera in path.cameras().iter().step_by(12) {
         let skipped = culler.cull(camera).statistics.skipped;
@@ -206,7 +193,7 @@ fn what_was_in_vain_is_left_out_for_a_while() {
 /// Where an object costs less to draw than to ask about, nobody asks; groups of them are culled all the same.
 #[test]
 fn nobody_asks_about_what_is_cheap_to_draw() {
-    let (city, path) = generated(Kind::City, "cheap");
+    let (city, path) = generated(Kind::City, "effort-cheap");
     let cheap = Effort {
         reuse: false,
         prices: Prices {
@@ -238,7 +225,7 @@ fn nobody_asks_about_what_is_cheap_to_draw() {
 /// The pyramid is built where holes may be ignored, and nowhere else.
 #[test]
 fn exact_frames_have_no_pyramid() {
-    let (city, path) = generated(Kind::City, "pyramid");
+    let (city, path) = generated(Kind::City, "effort-pyramid");
     let approximate = Accuracy::Approximate(Approximation::of_hole(64));
     for (accuracy, has_none) in [(Accuracy::Exact, true), (approximate, false)] {
         let settings = Settings {
@@ -259,7 +246,7 @@ fn exact_frames_have_no_pyramid() {
 #[test]
 fn views_share_a_scene_and_nothing_else() {
     use antumbra::scene::Move;
-    let (city, path) = generated(Kind::City, "views");
+    let (city, path) = generated(Kind::City, "effort-views");
     let sizes = [[637, 411], [256, 256], [320, 90]];
     let of_view = |view: usize| Settings {
         size: PictureSize::new(sizes[view][0], sizes[view][1]).expect("a size"),

@@ -1,30 +1,15 @@
 //! Scenes whose objects move: nothing is ever lost, and what has not changed is not found out again.
 
-use std::path::Path;
-use std::sync::Arc;
+mod generated;
 
 use antumbra::cull::{Culler, Effort, Settings, Skip, VisibleSet};
 use antumbra::glam::{DAffine3, DVec3};
 use antumbra::measure::{Animation, MeasureSettings, Moving, Reference, run};
 use antumbra::prepare::Prepared;
 use antumbra::scene::{Move, Scene};
-use antumbra::view::{Camera, CameraPath, PictureSize};
-use antumbra_fixtures::{Kind, Recipe, generate};
-
-fn generated(kind: Kind, name: &str) -> (Arc<Scene>, CameraPath) {
-    let fixture = generate(&Recipe {
-        triangles: Some(60_000),
-        ..Recipe::new(kind)
-    })
-    .expect("enough triangles");
-    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("moving-{name}.glb"));
-    let out = std::fs::File::create(&file).expect("the file can be written");
-    fixture.write_glb(out).expect("the file can be written");
-    let scene = Scene::load(&file).expect("a sound file");
-    let _ = std::fs::remove_file(&file);
-    let path = CameraPath::parse(&fixture.path_json(), &file).expect("a path");
-    (Arc::new(scene), path)
-}
+use antumbra::view::{Camera, PictureSize};
+use antumbra_fixtures::Kind;
+use generated::generated;
 
 fn settings(threads: usize) -> Settings {
     Settings {
@@ -58,7 +43,7 @@ fn judged(culler: &Culler, camera: &Camera, found: &VisibleSet) -> usize {
 /// A moved scene is the scene that would have been made so; its hierarchy holds it, and is built again when it is worn.
 #[test]
 fn a_moved_scene_is_what_it_would_be_if_it_had_been_made_so() {
-    let (scene, _) = generated(Kind::City, "scene");
+    let (scene, _) = generated(Kind::City, "moving-scene");
     let mut moved = Scene::clone(&scene);
     for frame in [0, 7, 300] {
         let mut moves = Vec::new();
@@ -95,7 +80,7 @@ fn a_moved_scene_is_what_it_would_be_if_it_had_been_made_so() {
 /// What cannot be is said, and nothing has moved.
 #[test]
 fn moves_that_cannot_be_move_nothing() {
-    let (scene, _) = generated(Kind::City, "errors");
+    let (scene, _) = generated(Kind::City, "moving-errors");
     let mut moved = Scene::clone(&scene);
     let good = shifted(&scene, 0, DVec3::X);
     let nowhere = Move {
@@ -118,7 +103,7 @@ fn moves_that_cannot_be_move_nothing() {
 /// Doors and everything, on the path of the city: no false cull, no wrong pixel.
 #[test]
 fn nothing_is_lost_while_objects_move() {
-    let (scene, path) = generated(Kind::City, "path");
+    let (scene, path) = generated(Kind::City, "moving-path");
     let prepared = Prepared::new(scene);
     for (moving, threads) in [(Moving::Doors, 1), (Moving::All, 2)] {
         let settings = MeasureSettings {
@@ -143,7 +128,7 @@ fn nothing_is_lost_while_objects_move() {
 /// A frame like the last one is the last one's answer, buffer and all; anything that changes ends that.
 #[test]
 fn a_frame_like_the_last_one_is_not_found_again() {
-    let (scene, path) = generated(Kind::City, "reuse");
+    let (scene, path) = generated(Kind::City, "moving-reuse");
     let mut culler = Culler::new(scene.clone(), settings(1)).expect("threads");
     let hash = |culler: &Culler| culler.buffer().expect("a frame").tiles().hash();
     let again = |culler: &mut Culler, camera| {
@@ -186,7 +171,7 @@ fn a_frame_like_the_last_one_is_not_found_again() {
 /// culled as if everything were.
 #[test]
 fn what_a_moved_object_touches_is_found_again() {
-    let (scene, path) = generated(Kind::City, "part");
+    let (scene, path) = generated(Kind::City, "moving-part");
     let (mut parts, mut unchanged) = (0, 0);
     let (mut kept, mut kept_by_all) = (0, 0);
     for (number, camera) in path.cameras().iter().step_by(16).enumerate() {
@@ -233,7 +218,7 @@ fn what_a_moved_object_touches_is_found_again() {
 /// What reaches the near plane has no rectangle. It stays visible when something moves where nobody looks.
 #[test]
 fn what_moves_out_of_the_picture_takes_nothing_with_it() {
-    let (scene, path) = generated(Kind::City, "outside");
+    let (scene, path) = generated(Kind::City, "moving-outside");
     let mut culler = Culler::new(scene.clone(), settings(1)).expect("threads");
     let eye = path.cameras()[0].eye();
     let reaches = |object: &u32| {
@@ -280,7 +265,7 @@ fn what_moves_out_of_the_picture_takes_nothing_with_it() {
 /// Teleports, cuts, resizes and other fields of view are right on the first frame.
 #[test]
 fn sudden_changes_are_right_at_once() {
-    let (scene, path) = generated(Kind::City, "cuts");
+    let (scene, path) = generated(Kind::City, "moving-cuts");
     let mut culler = Culler::new(scene.clone(), settings(2)).expect("threads");
     let cameras = path.cameras();
     let sizes = [[637, 411], [200, 300], [1000, 90]];
@@ -302,7 +287,7 @@ fn sudden_changes_are_right_at_once() {
 /// A swept object's box holds where it was and where it is, and it hides nothing until it moves again.
 #[test]
 fn a_swept_object_hides_nothing_and_is_seen_on_its_way() {
-    let (scene, path) = generated(Kind::City, "swept");
+    let (scene, path) = generated(Kind::City, "moving-swept");
     let mut culler = Culler::new(scene.clone(), settings(1)).expect("threads");
     let camera = &path.cameras()[0];
     let found = culler.cull(camera);

@@ -3,8 +3,6 @@
 //! Either has three stages: occluders are selected, drawn, and the rest is asked. What one leaves for the next stands in the frame's
 //! memory, its buffer and what it has found, so that another thread may go on with them.
 
-use std::time::{Duration, Instant};
-
 use super::draw::{
     DrawMemory, Drawn, draw_occluders, draw_recalled, draw_remembered, draw_sampled,
     draw_what_closes_gaps, recall_remembered,
@@ -13,6 +11,7 @@ use super::effort::GAP;
 use super::marks::Marks;
 use super::sampled::seen_nearby;
 use super::skips::Skip;
+use super::statistics::Clock;
 use super::test::{Kept, LookMemory, NOT_LOOKED_AT, TestMemory, look_closely, not_hidden};
 use super::translucent::draw_translucent;
 use super::traverse::{
@@ -20,7 +19,7 @@ use super::traverse::{
     not_hidden_so_far,
 };
 use super::two_passes::TwoPassMemory;
-use super::{Frame, Remembered, StageTimes, Statistics, VisibleSet, grow, share_of};
+use super::{Frame, Remembered, Statistics, VisibleSet, grow, share_of};
 use crate::occluders::{
     Budget, Contributions, DrawnCluster, LastFrame, Selection, distance_keys, keep_active,
     keep_promising, solid_angle_keys, weight_keys, z_plane_keys,
@@ -555,42 +554,5 @@ impl Frame<'_> {
             keep_active(&self.settings.weighing, &mut first[0]);
         }
         &mut first[0]
-    }
-}
-
-/// Tells how long stages take.
-pub(super) struct Clock {
-    since: Instant,
-    pub(super) times: StageTimes,
-}
-
-impl Clock {
-    pub(super) fn start() -> Clock {
-        Clock {
-            since: Instant::now(),
-            times: StageTimes::default(),
-        }
-    }
-
-    /// Goes on with a frame that other stages have begun.
-    fn go_on(found: &VisibleSet) -> Clock {
-        Clock {
-            since: Instant::now(),
-            times: found.times,
-        }
-    }
-
-    /// Ends a frame.
-    pub(super) fn end(mut self, found: &mut VisibleSet) {
-        found.statistics.objects_visible = found.visible.len() as u64;
-        self.lap(|times| &mut times.test);
-        found.times = self.times;
-    }
-
-    /// Adds the time since the last lap to a stage's.
-    pub(super) fn lap(&mut self, stage: impl FnOnce(&mut StageTimes) -> &mut Duration) {
-        let now = Instant::now();
-        *stage(&mut self.times) += now - self.since;
-        self.since = now;
     }
 }

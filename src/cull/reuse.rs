@@ -10,8 +10,9 @@
 use super::Frame;
 use super::draw::{Drawn, draw_recalled, draw_what_closes_gaps, recall_remembered};
 use super::effort::GAP;
-use super::frame::{Clock, Memory};
+use super::frame::Memory;
 use super::skips::Skip;
+use super::statistics::Clock;
 use super::test::{NOT_LOOKED_AT, look_closely};
 use super::traverse::not_hidden_so_far;
 use super::{Remembered, Statistics, VisibleSet};

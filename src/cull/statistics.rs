@@ -1,8 +1,8 @@
 //! What a frame did, and how long each stage took.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use super::Skips;
+use super::{Skips, VisibleSet};
 
 /// Counts of one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -53,5 +53,42 @@ impl StageTimes {
     /// The whole frame.
     pub fn total(&self) -> Duration {
         self.select + self.raster + self.pyramid + self.test
+    }
+}
+
+/// Tells how long stages take.
+pub struct Clock {
+    since: Instant,
+    pub times: StageTimes,
+}
+
+impl Clock {
+    pub fn start() -> Clock {
+        Clock {
+            since: Instant::now(),
+            times: StageTimes::default(),
+        }
+    }
+
+    /// Goes on with a frame that other stages have begun.
+    pub fn go_on(found: &VisibleSet) -> Clock {
+        Clock {
+            since: Instant::now(),
+            times: found.times,
+        }
+    }
+
+    /// Ends a frame.
+    pub fn end(mut self, found: &mut VisibleSet) {
+        found.statistics.objects_visible = found.visible.len() as u64;
+        self.lap(|times| &mut times.test);
+        found.times = self.times;
+    }
+
+    /// Adds the time since the last lap to a stage's.
+    pub fn lap(&mut self, stage: impl FnOnce(&mut StageTimes) -> &mut Duration) {
+        let now = Instant::now();
+        *stage(&mut self.times) += now - self.since;
+        self.since = now;
     }
 }

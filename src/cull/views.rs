@@ -1,11 +1,13 @@
-//! A view of the world: a camera's buffer, and what its frames remember.
+//! Views of the world: a camera's buffer, and what its frames remember; and several of them at once.
 
 use std::time::Instant;
+
+use rayon::prelude::*;
 
 use super::frame::Memory;
 use super::reuse::Region;
 use super::world::World;
-use super::{Frame, Remembered, Settings, Skip, VisibleSet};
+use super::{Culler, Frame, Remembered, Settings, Skip, VisibleSet, in_tasks};
 use crate::occluders::{Budget, Contributions};
 use crate::occlusion::OcclusionBuffer;
 use crate::tasks::Tasks;
@@ -165,6 +167,115 @@ impl View {
             .buffer
             .get_or_insert_with(|| new_buffer(&settings, camera));
         frame.run_behind(camera, buffer, given, &mut self.memory, found);
+    }
+}
+
+impl Culler {
+    /// Adds a view of the same scene: another camera's frames, with a buffer and a memory of their own, such as those of a shadow
+    /// map, a probe, or half of a split screen. Its settings are its own but for the threads, which are shared. Returns its number
+    /// for [`Culler::cull_view`]; the culler's own view has number 0.
+    ///
+    /// What a view takes is in ARCHITECTURE.md, under "Memory"; the scene and what is known of it are not copied.
+    ///
+    /// ```
+    /// # use antumbra::cull::{Culler, Settings, VisibleSet};
+    /// # use antumbra::glam::{DAffine3, DVec3};
+    /// # use antumbra::scene::{Material, Mesh, Object, Scene, Surface};
+    /// # use antumbra::view::{Camera, PictureSize, Projection};
+    /// # let wall = Mesh {
+    /// #     name: String::new(),
+    /// #     positions: vec![[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.0, 3.0, 0.0], [0.0, 3.0, 0.0]].into(),
+    /// #     triangles: vec![[0, 1, 2], [0, 2, 3]].into(),
+    /// #     surfaces: vec![Surface { triangles: 0..2, material: Material::default() }],
+    /// # };
+    /// # let object = Object {
+    /// #     name: String::new(), mesh: 0, world_from_local: DAffine3::IDENTITY,
+    /// #     never_cull: false, never_occlude: false, occluder_proxy: None,
+    /// # };
+    /// # let scene = Scene::new(vec![wall], vec![object])?;
+    /// let settings = Settings::new(PictureSize::new(1280, 720)?);
+    /// let mut culler = Culler::new(scene.into(), settings)?;
+    /// let shadows = culler.add_view(Settings { size: PictureSize::new(1024, 1024)?, ..settings });
+    ///
+    /// let projection = Projection::Perspective { fov_y: 1.0, near: 0.1, far: None };
+    /// let eye = Camera::look_at(DVec3::new(2.0, 1.0, 9.0), DVec3::new(2.0, 1.0, 0.0), DVec3::Y, projection)?;
+    /// let sun = Camera::look_at(DVec3::new(20.0, 30.0, 40.0), DVec3::ZERO, DVec3::Y,
+    ///     Projection::Orthographic { height: 50.0, near: 0.0, far: Some(100.0) })?;
+    /// let mut found = [VisibleSet::default(), VisibleSet::default()];
+    /// culler.cull_views(&[eye, sun], &mut found);
+    /// assert_eq!(found[shadows].visible, [0]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn add_view(&mut self, settings: Settings) -> usize {
+        match &self.threads {
+            Some(threads) => self
+                .world
+                .prepare_for(&settings, |work| threads.install(work)),
+            None => self.world.prepare_for(&settings, |work| work()),
+        }
+        self.others.push(View::new(settings));
+        self.others.len()
+    }
+
+    /// How many views there are: one, and those that were added.
+    pub fn views(&self) -> usize {
+        1 + self.others.len()
+    }
+
+    /// What the last frame of a view drew; none before its first.
+    ///
+    /// # Panics
+    /// If there is no such view.
+    pub fn buffer_of(&self, view: usize) -> Option<&OcclusionBuffer> {
+        let view = match view {
+            0 => &self.view,
+            other => &self.others[other - 1],
+        };
+        view.buffer.as_ref()
+    }
+
+    /// Finds what a camera may see, as the next frame of a view.
+    ///
+    /// # Panics
+    /// If there is no such view.
+    pub fn cull_view(&mut self, view: usize, camera: &Camera, found: &mut VisibleSet) {
+        let world = &self.world;
+        let view = match view {
+            0 => &mut self.view,
+            other => &mut self.others[other - 1],
+        };
+        in_tasks(&self.threads, |tasks| {
+            view.frame(world, tasks, camera, found);
+        });
+    }
+
+    /// Finds what each view's camera may see: the next frame of all of them, at once. Where there are as many views as threads, each
+    /// is one thread's work; else each is all threads' work, one after another. The answers are the same.
+    ///
+    /// # Panics
+    /// If there are not as many cameras and sets as views.
+    pub fn cull_views(&mut self, cameras: &[Camera], found: &mut [VisibleSet]) {
+        let world = &self.world;
+        let views = std::iter::once(&mut self.view).chain(&mut self.others);
+        let mut views: Vec<&mut View> = views.collect();
+        assert!(views.len() == cameras.len() && views.len() == found.len());
+        let threads = { self.threads.as_ref() }
+            .filter(|threads| views.len() >= threads.current_num_threads());
+        let frames = views.par_iter_mut().zip(cameras).zip(&mut *found);
+        match threads {
+            Some(threads) => threads.install(|| {
+                frames.for_each(|((view, camera), found)| {
+                    view.frame(world, Tasks::ALONE, camera, found);
+                });
+            }),
+            None => {
+                for ((view, camera), found) in views.iter_mut().zip(cameras).zip(found) {
+                    in_tasks(&self.threads, |tasks| {
+                        view.frame(world, tasks, camera, found);
+                    });
+                }
+            }
+        }
     }
 }
 

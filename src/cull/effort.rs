@@ -6,9 +6,12 @@
 
 use std::time::Duration;
 
+use glam::DVec3;
+
 use super::skips::Skip;
 use super::traverse::MayCover;
 use super::{Frame, Statistics};
+use crate::view::Camera;
 
 /// What it costs whoever draws the survivors to draw one, in nanoseconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,10 +95,13 @@ const HIDDEN_OF_COVERED: f64 = 0.5;
 /// An object that may cover so much of the picture is worth a try.
 const LARGE: f64 = 1.0 / 64.0;
 
-/// When occlusion has not paid so many times in a row, it is left out for two, four, eight … frames, and for this many at the most.
+/// When occlusion has not paid twice in a row, it is left out for two frames, and if it does not pay after that for four, eight …, and for
+/// this many at the most.
 const LONGEST_PAUSE: u32 = 64;
-/// It is tried again at once when so many times as much of the picture may be covered.
+/// It is tried again at once when there are so many times as many objects, or so many times as much of the picture may be covered,
 const MUCH_MORE: f64 = 1.5;
+/// or the camera has turned by more than the angle with this cosine: 30 degrees.
+const TURNED: f64 = 0.866;
 
 /// What a frame costs that has done so much, in nanoseconds.
 fn cost_of(did: &Statistics, clusters: usize) -> f64 {
@@ -116,6 +122,9 @@ pub struct Worth {
     pause: u32,
     /// How much of the picture could be covered when it was first left out.
     covered: Option<f64>,
+    /// How many objects there were when it was last tried, and whither the camera looked.
+    objects: u64,
+    forward: DVec3,
 }
 
 impl Worth {
@@ -132,6 +141,7 @@ impl Worth {
     /// Whether a frame is to do without occlusion, and why: of `objects` in the frustum, which cost `price` each to draw.
     fn skip(
         &mut self,
+        camera: &Camera,
         objects: usize,
         price: f64,
         MayCover {
@@ -142,7 +152,10 @@ impl Worth {
     ) -> Option<Skip> {
         if self.pause > 0 {
             self.pause -= 1;
-            if covered <= *self.covered.get_or_insert(covered) * MUCH_MORE {
+            let before = *self.covered.get_or_insert(covered);
+            let are_more = objects as f64 > self.objects as f64 * MUCH_MORE;
+            let is_turned = self.forward.dot(camera.forward()) < TURNED;
+            if covered <= before * MUCH_MORE && !are_more && !is_turned {
                 return Some(Skip::OcclusionLittleHidden);
             }
             *self = Worth::default();
@@ -153,15 +166,27 @@ impl Worth {
         (!is_known && largest < LARGE && spared < cost).then_some(Skip::OcclusionLittleCovers)
     }
 
-    /// Notes what a frame with occlusion did, which hid so many objects that cost `price` each to draw.
-    fn judge(&mut self, did: &Statistics, clusters: usize, hidden: u64, price: f64) {
+    /// Notes what a frame with occlusion did, which hid so many of its objects that cost `price` each to draw.
+    fn judge(
+        &mut self,
+        camera: &Camera,
+        did: &Statistics,
+        clusters: usize,
+        [hidden, objects]: [u64; 2],
+        price: f64,
+    ) {
         if hidden as f64 * price >= cost_of(did, clusters) {
             self.clear();
             return;
         }
+        self.pause = match self.unpaid {
+            0 => 0,
+            times => 1 << times.min(LONGEST_PAUSE.ilog2()),
+        };
         self.unpaid += 1;
-        self.pause = 1 << self.unpaid.min(LONGEST_PAUSE.ilog2());
         self.covered = None;
+        self.objects = objects;
+        self.forward = camera.forward();
     }
 }
 
@@ -180,25 +205,28 @@ impl Frame<'_> {
     pub(super) fn skips_occlusion(
         &self,
         worth: &mut Worth,
+        camera: &Camera,
         objects: usize,
         may_cover: MayCover,
         is_known: bool,
     ) -> Option<Skip> {
         let skips = self.settings.effort.skip;
-        { skips }.then(|| worth.skip(objects, self.price, may_cover, is_known))?
+        { skips }.then(|| worth.skip(camera, objects, self.price, may_cover, is_known))?
     }
 
-    /// Finds out whether occlusion has paid in a frame that hid so many objects.
+    /// Finds out whether occlusion has paid in a frame that kept so many of the objects that their rectangles did not hide.
     pub(super) fn judge_worth(
         &self,
         worth: &mut Worth,
+        camera: &Camera,
         did: &Statistics,
         clusters: usize,
-        hidden: usize,
+        [kept, undecided]: [usize; 2],
     ) {
         if self.settings.effort.skip {
-            let hidden = did.objects_hidden + hidden as u64;
-            worth.judge(did, clusters, hidden, self.price);
+            let objects = did.objects_hidden + undecided as u64;
+            let hidden = objects - kept as u64;
+            worth.judge(camera, did, clusters, [hidden, objects], self.price);
         }
     }
 }

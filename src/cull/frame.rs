@@ -327,7 +327,7 @@ impl Frame<'_> {
         if !is_known || worth.pauses() {
             let may_cover = self.find_in_frustum(camera, memory);
             let objects = memory.in_frustum.len();
-            if let Some(skip) = self.skips_occlusion(worth, objects, may_cover, is_known) {
+            if let Some(skip) = self.skips_occlusion(worth, camera, objects, may_cover, is_known) {
                 found.statistics.skipped.add(skip);
                 return Selected::Nothing;
             }
@@ -463,8 +463,8 @@ impl Frame<'_> {
             kept.retain(|kept| visible.binary_search(&kept.object).is_ok());
         }
         seen.note(self.scene.bvh(), undecided, kept);
-        let hidden = undecided.len() - kept.len();
-        self.judge_worth(worth, statistics, occluders.len(), hidden);
+        let counts = [kept.len(), undecided.len()];
+        self.judge_worth(worth, camera, statistics, occluders.len(), counts);
         if is_cut_short {
             contributions.keep_untried();
         }

@@ -110,6 +110,20 @@ fn where_little_is_covered_nothing_is_drawn() {
         );
         judge(&culler, camera, &found);
     }
+    // Nor is there anything to go on with when a stone moves.
+    let camera = &path.cameras()[0];
+    culler.cull(camera);
+    let moved = antumbra::scene::Move {
+        object: culler.in_frustum(camera)[0],
+        world_from_local: DAffine3::from_translation(camera.eye() + camera.forward() * 9.0),
+        swept: false,
+    };
+    culler
+        .move_objects(&[moved])
+        .expect("it stays in the world");
+    let found = culler.cull(camera);
+    assert!(!found.statistics.skipped.has(Skip::Elsewhere));
+    judge(&culler, camera, &found);
     // The dearer drawing is, the more is worth trying.
     let dear = Effort {
         prices: Prices {

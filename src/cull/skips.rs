@@ -69,6 +69,11 @@ impl Skips {
         self.0 >> skip as u8 & 1 == 1
     }
 
+    /// Whether occlusion was left out, for whatever reason.
+    pub fn has_occlusion(self) -> bool {
+        self.has(Skip::OcclusionLittleCovers) || self.has(Skip::OcclusionLittleHidden)
+    }
+
     /// Each of them.
     pub fn iter(self) -> impl Iterator<Item = Skip> {
         Skip::ALL.into_iter().filter(move |&skip| self.has(skip))

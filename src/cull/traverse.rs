@@ -177,7 +177,7 @@ fn area_of(bounds: &Aabb) -> f64 {
 /// The share of the picture that boxes of this area within bounds may cover, in parts of 2⁻³².
 fn covered_by(frustum: &Frustum, bounds: &Aabb, area: f64) -> u64 {
     let share = area * 0.25 / frustum.picture_area_at(bounds.center());
-    // What is at the eye covers all of it; not a number covers nothing.
+    // What is at the eye covers all of it, and so does what is not a number.
     let most = 4.0;
     ((if share < most { share } else { most }) * PARTS) as u64
 }

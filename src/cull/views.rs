@@ -34,6 +34,8 @@ struct Last {
     ignored_pixels: u64,
     /// How many frames there were in part since the last whole one.
     parts: u32,
+    /// Whether it looked for what is hidden: what did not leaves nothing to go on with.
+    looked: bool,
 }
 
 /// After so many frames in part comes a whole one: it forgets what is not needed any more, and asks about everything.
@@ -102,7 +104,7 @@ impl View {
             let frustum = frame.frustum(camera);
             let region = Region::around(buffer.screen(), &frustum, before.chain(now));
             if let Some(region) =
-                region.filter(|_| frame.can_be_in_part() && last.parts < MOST_PARTS)
+                region.filter(|_| frame.can_be_in_part() && last.looked && last.parts < MOST_PARTS)
             {
                 frame.run_in_part(
                     region,
@@ -127,6 +129,7 @@ impl View {
             visible: Vec::new(),
             ignored_pixels: 0,
             parts: 0,
+            looked: false,
         });
         last.camera = *camera;
         last.parts = if found.statistics.skipped.has(Skip::Elsewhere) {
@@ -135,6 +138,7 @@ impl View {
             0
         };
         last.changes = world.changes.count();
+        last.looked = !found.statistics.skipped.has_occlusion();
         last.visible.clone_from(&found.visible);
         last.ignored_pixels = found.statistics.ignored_pixels;
     }
